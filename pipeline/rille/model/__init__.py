@@ -1,0 +1,68 @@
+"""Frozen values in SI units and radians. This layer imports nothing else of rille.
+
+Values refer to each other by name; :mod:`rille.store` turns names into keys and back. Poses, points and axes of the
+model are given in the model frame M at the zero pose (the pose of the CAD assembly); see ``schema/README.md``.
+"""
+
+from rille.model.errors import InputRefused, PhysicsFailed, nearest_names
+from rille.model.rover import (
+    Body,
+    CollisionShape,
+    Differential,
+    Drive,
+    Gear,
+    Grouser,
+    Joint,
+    JointLimit,
+    LoopClosure,
+    MassProperties,
+    Material,
+    Mesh,
+    Part,
+    PartInstance,
+    Pose,
+    Provenance,
+    Rover,
+    SourceFile,
+    Wheel,
+)
+from rille.model.scenario import Command, InitialJointState, Scenario
+from rille.model.terrain import LandformInstance, MaterialPair, Soil, SoilPatch, Terrain
+from rille.model.trace import BodyTrace, Event, JointTrace, Trace, WheelTrace
+
+__all__ = [
+    "Body",
+    "BodyTrace",
+    "CollisionShape",
+    "Command",
+    "Differential",
+    "Drive",
+    "Event",
+    "Gear",
+    "Grouser",
+    "InitialJointState",
+    "InputRefused",
+    "Joint",
+    "JointLimit",
+    "JointTrace",
+    "LandformInstance",
+    "LoopClosure",
+    "MassProperties",
+    "Material",
+    "MaterialPair",
+    "Mesh",
+    "Part",
+    "PartInstance",
+    "PhysicsFailed",
+    "Pose",
+    "Provenance",
+    "Rover",
+    "Scenario",
+    "Soil",
+    "SoilPatch",
+    "SourceFile",
+    "Terrain",
+    "Trace",
+    "WheelTrace",
+    "nearest_names",
+]

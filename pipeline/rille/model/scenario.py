@@ -1,0 +1,50 @@
+"""A scenario: where the rover starts, what it is commanded, for how long, under which gravity."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from rille.model.rover import Pose, SourceFile, Vector
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """Set value of a drive from ``time`` [s] until its next command [rad/s, rad or N m, by the drive's mode]."""
+
+    drive: str
+    time: float
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InitialJointState:
+    """Position [rad or m] and velocity [rad/s or m/s] of a joint at t = 0."""
+
+    joint: str
+    position: float = 0.0
+    velocity: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """One experiment.
+
+    gravity : [m/s^2] in W. duration, step, output_interval, settle_time : [s].
+    placement : ``on_terrain`` takes height and tilt from the ground under the wheels; start's x, y and heading count.
+    start : pose of the root body's frame in W; start_velocity [m/s], start_angular_velocity [rad/s] in W.
+    """
+
+    name: str
+    duration: float
+    gravity: Vector = (0.0, 0.0, -9.80665)
+    step: float = 0.001
+    output_interval: float = 0.02
+    integrator: Literal["auto", "semi_implicit_euler", "rk4"] = "auto"
+    terrain: str | None = None
+    placement: Literal["on_terrain", "as_given"] = "as_given"
+    settle_time: float = 0.0
+    start: Pose = Pose()
+    start_velocity: Vector = (0.0, 0.0, 0.0)
+    start_angular_velocity: Vector = (0.0, 0.0, 0.0)
+    initial_states: tuple[InitialJointState, ...] = ()
+    commands: tuple[Command, ...] = ()
+    sources: tuple[SourceFile, ...] = ()

@@ -1,0 +1,72 @@
+"""A run's results as arrays, one row per stored time. Column names and units are those of ``schema/schema.sql``."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BodyTrace:
+    """position (n, 3) [m], rotation (n, 4) quaternion w x y z, velocity (n, 3) [m/s], angular_velocity (n, 3) [rad/s]."""
+
+    name: str
+    position: Array
+    rotation: Array
+    velocity: Array
+    angular_velocity: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointTrace:
+    """position, velocity, effort, work, each (n,) [rad or m, per second, N m or N, J]."""
+
+    name: str
+    position: Array
+    velocity: Array
+    effort: Array
+    work: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WheelTrace:
+    """center (n, 3) [m]; the rest (n,): see table ``wheel_state`` for meaning and units."""
+
+    name: str
+    center: Array
+    ground_height: Array
+    slip_ratio: Array
+    slip_angle: Array
+    sinkage: Array
+    normal_load: Array
+    drawbar_pull: Array
+    side_force: Array
+    drive_torque: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """Something that happened: ``time`` [s], ``kind``, ``subject`` (name) and a sentence."""
+
+    time: float
+    kind: str
+    subject: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trace:
+    """One run. time : (n,) [s]."""
+
+    run_id: int
+    scenario: str
+    status: str
+    message: str
+    step: float
+    time: Array
+    bodies: tuple[BodyTrace, ...]
+    joints: tuple[JointTrace, ...]
+    wheels: tuple[WheelTrace, ...]
+    events: tuple[Event, ...]
