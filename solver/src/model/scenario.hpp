@@ -1,0 +1,45 @@
+// One experiment as read from the database.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace rille {
+
+enum class Integrator { automatic, semi_implicit_euler, rk4 };
+enum class Placement { on_terrain, as_given };
+
+struct Command {
+  int drive = -1;
+  double time = 0;   // [s] holds from here until the drive's next command
+  double value = 0;  // [rad/s, rad or N m] by the mode of the drive
+};
+
+struct InitialJointState {
+  int joint = -1;
+  double position = 0;  // [rad or m]
+  double velocity = 0;  // [rad/s or m/s]
+};
+
+struct Scenario {
+  std::int64_t id = 0;
+  std::string name;
+  Eigen::Vector3d gravity = Eigen::Vector3d(0, 0, -9.80665);  // [m/s^2] in W
+  double duration = 1;                                        // [s]
+  double step = 1e-3;                                         // [s]
+  double output_interval = 0.02;                              // [s]
+  Integrator integrator = Integrator::automatic;
+  Placement placement = Placement::as_given;
+  double settle_time = 0;                                                    // [s] longest time to come to rest before t = 0
+  Eigen::Vector3d start_position = Eigen::Vector3d::Zero();                  // [m] origin of the root's frame in W
+  Eigen::Quaterniond start_rotation = Eigen::Quaterniond::Identity();        // R_WB of the root
+  Eigen::Vector3d start_velocity = Eigen::Vector3d::Zero();                  // [m/s] of that origin in W
+  Eigen::Vector3d start_angular_velocity = Eigen::Vector3d::Zero();          // [rad/s] in W
+  std::vector<InitialJointState> initial_states;
+  std::vector<Command> commands;  // sorted by time
+};
+
+}  // namespace rille

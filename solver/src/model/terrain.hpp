@@ -1,0 +1,52 @@
+// Terrain and soil as read from the database.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace rille {
+
+enum class WheelSoilLaw { bekker_wong };
+
+struct Soil {
+  std::string name;
+  double sinkage_exponent = 1;         // [-] n
+  double cohesive_modulus = 0;         // [N/m^(n+1)] kc
+  double frictional_modulus = 0;       // [N/m^(n+2)] kphi
+  double cohesion = 0;                 // [Pa] c
+  double friction_angle = 0;           // [rad] phi
+  double shear_modulus = 0;            // [m] K
+  double lateral_shear_modulus = 0;    // [m] ky
+  double peak_angle_offset = 0;        // [-] a0 in theta_m = (a0 + a1 s) theta_f
+  double peak_angle_slip = 0;          // [-] a1
+  double exit_sinkage_ratio = 0;       // [-] lambda in theta_r = -acos(1 - lambda z/r)
+  double damping = 0;                  // [Pa s/m] pressure per speed of penetration
+};
+
+// Regular grid of heights; n values bound n-1 cells; row 0 is the northernmost.
+struct HeightGrid {
+  int n_rows = 0;
+  int n_cols = 0;
+  double posting_x = 0;         // [m] distance of neighbouring columns
+  double posting_y = 0;         // [m] distance of neighbouring rows
+  double x_west = 0;            // [m] x of column 0
+  double y_north = 0;           // [m] y of row 0
+  std::vector<double> heights;  // [m] row by row; NaN = no value
+};
+
+struct SoilPatch {
+  int soil = 0;                          // index of the soil inside
+  std::vector<Eigen::Vector2d> polygon;  // [m] corners, closed by itself
+};
+
+struct Terrain {
+  std::string name;
+  HeightGrid grid;
+  std::vector<Soil> soils;
+  int base_soil = 0;
+  std::vector<SoilPatch> patches;                   // later ones lie on earlier ones
+  std::vector<std::vector<WheelSoilLaw>> response;  // [wheel][soil]: law of the pair
+};
+
+}  // namespace rille

@@ -1,0 +1,131 @@
+#include "physics/rows.hpp"
+
+#include <algorithm>
+
+namespace rille {
+
+void RowSet::clear() {
+  rows_.clear();
+  index_.clear();
+  value_.clear();
+}
+
+int RowSet::open() {
+  Row row;
+  row.first = static_cast<int>(index_.size());
+  rows_.push_back(row);
+  return size() - 1;
+}
+
+void RowSet::add(int dof, double value) {
+  index_.push_back(dof);
+  value_.push_back(value);
+  ++rows_.back().count;
+}
+
+double RowSet::dot(const Row& row, const Eigen::VectorXd& v) const {
+  double sum = 0;
+  for (int k = row.first; k < row.first + row.count; ++k) sum += value_[k] * v[index_[k]];
+  return sum;
+}
+
+void RowSet::add_scaled(const Row& row, double scale, Eigen::VectorXd& v) const {
+  for (int k = row.first; k < row.first + row.count; ++k) v[index_[k]] += scale * value_[k];
+}
+
+void RowSet::add_outer(const Row& row, Eigen::MatrixXd& matrix) const {
+  // Dofs ascend within a row, so the pairs below the diagonal are those with the later row index.
+  for (int a = row.first; a < row.first + row.count; ++a) {
+    const double scaled = row.weight * value_[a];
+    double* column = matrix.col(index_[a]).data();
+    for (int b = a; b < row.first + row.count; ++b) column[index_[b]] += scaled * value_[b];
+  }
+}
+
+bool RowSolver::solve_on_set(const Eigen::MatrixXd& mass_matrix, const RowSet& rows) {
+  ++factorisations_;
+  stiffened_ = mass_matrix;
+  change_.setZero(mass_matrix.rows());
+  for (int i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    if (row.weight == 0) continue;
+    if (row.side == RowSide::free) {
+      rows.add_outer(row, stiffened_);
+      rows.add_scaled(row, row.weight * residual_[i], change_);
+    } else {
+      rows.add_scaled(row, row.side == RowSide::at_lower ? row.lower : row.upper, change_);
+    }
+  }
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(stiffened_);
+  if (factor.info() != Eigen::Success) return false;
+  factor.solveInPlace(change_);
+
+  const auto n_hard = static_cast<Eigen::Index>(hard_.size());
+  if (n_hard == 0) return true;
+  response_.setZero(mass_matrix.rows(), n_hard);
+  coupling_.resize(n_hard, n_hard);
+  multiplier_.resize(n_hard);
+  for (Eigen::Index k = 0; k < n_hard; ++k) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(mass_matrix.rows());
+    rows.add_scaled(rows[hard_[k]], 1, column);
+    factor.solveInPlace(column);
+    response_.col(k) = column;
+  }
+  for (Eigen::Index k = 0; k < n_hard; ++k) {
+    const Row& row = rows[hard_[k]];
+    for (Eigen::Index l = 0; l < n_hard; ++l) coupling_(k, l) = rows.dot(row, response_.col(l));
+    multiplier_[k] = residual_[hard_[k]] - rows.dot(row, change_);
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> coupling_factor(coupling_);
+  if (coupling_factor.info() != Eigen::Success) return false;
+  multiplier_ = coupling_factor.solve(multiplier_).eval();
+  change_ += response_ * multiplier_;
+  return true;
+}
+
+bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows,
+                      Eigen::VectorXd& v) {
+  constexpr int kBlockPivots = 10;
+  const int n_rows = rows.size();
+  const int most_pivots = kBlockPivots + 20 * n_rows + 20;
+  residual_.resize(n_rows);
+  impulse_.setZero(n_rows);
+  hard_.clear();
+  for (int i = 0; i < n_rows; ++i) {
+    residual_[i] = rows[i].target - rows.dot(rows[i], v_free);
+    if (rows[i].weight == 0) hard_.push_back(i);
+    if (rows[i].lower == rows[i].upper) rows[i].side = RowSide::at_lower;
+  }
+
+  bool settled = false;
+  for (int pivot = 0; pivot < most_pivots && !settled; ++pivot) {
+    if (!solve_on_set(mass_matrix, rows)) return false;
+    settled = true;
+    for (int i = 0; i < n_rows; ++i) {
+      Row& row = rows[i];
+      if (row.weight == 0) continue;
+      if (row.lower == row.upper) {  // a given impulse
+        impulse_[i] = row.lower;
+        continue;
+      }
+      const double wanted = row.weight * (residual_[i] - rows.dot(row, change_));
+      RowSide side = row.side;
+      if (side == RowSide::free) {
+        if (wanted < row.lower) side = RowSide::at_lower;
+        if (wanted > row.upper) side = RowSide::at_upper;
+      } else if (side == RowSide::at_lower ? wanted > row.lower : wanted < row.upper) {
+        side = RowSide::free;
+      }
+      impulse_[i] = std::clamp(wanted, row.lower, row.upper);
+      if (side == row.side) continue;
+      row.side = side;
+      settled = false;
+      if (pivot >= kBlockPivots) break;
+    }
+  }
+  for (std::size_t k = 0; k < hard_.size(); ++k) impulse_[hard_[k]] = multiplier_[static_cast<Eigen::Index>(k)];
+  v = v_free + change_;
+  return settled;
+}
+
+}  // namespace rille

@@ -1,0 +1,80 @@
+// Constraint rows and their direct solution.
+//
+// The generalised velocity v of the next step minimises kinetic distance to the unconstrained velocity v_free under rows
+//   f_i = clamp(w_i (target_i - J_i v), lower_i, upper_i)          soft row, w_i > 0: motor, limit, soil, friction
+//   J_i v = target_i                                               hard row: differential, gear
+//   M (v - v_free) = Sum_i J_i^T f_i                               f_i: impulse of the step
+// M is positive definite, so the solution exists and is unique. It is found by an active set: rows that are not clamped
+// add w J^T J to M, clamped ones a constant impulse; one Cholesky factorisation per change of the set, usually one per step.
+// Pivoting: all violated rows at once (Judice & Pires 1992), then one by one in order of their index (Murty 1974), which
+// always terminates.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+namespace rille {
+
+enum class RowSide : signed char { at_lower = -1, free = 0, at_upper = 1 };
+
+struct Row {
+  int first = 0;      // first element in the pools of RowSet
+  int count = 0;      // number of elements
+  double weight = 0;  // [impulse per speed] w; 0 marks a hard row
+                      // (lower == upper marks a given impulse; its weight only has to be positive)
+  double target = 0;  // [speed]
+  double lower = -std::numeric_limits<double>::infinity();  // [impulse]
+  double upper = std::numeric_limits<double>::infinity();   // [impulse]
+  RowSide side = RowSide::free;
+};
+
+// Rows with their sparse Jacobians in two pools; cleared and refilled at every step without allocating.
+class RowSet {
+ public:
+  void clear();
+
+  // Starts a row and returns its index; its Jacobian follows by add().
+  int open();
+  void add(int dof, double value);
+
+  Row& operator[](int row) { return rows_[static_cast<std::size_t>(row)]; }
+  const Row& operator[](int row) const { return rows_[static_cast<std::size_t>(row)]; }
+  int size() const { return static_cast<int>(rows_.size()); }
+
+  double dot(const Row& row, const Eigen::VectorXd& v) const;               // J v
+  void add_scaled(const Row& row, double scale, Eigen::VectorXd& v) const;  // v += scale J^T
+  void add_outer(const Row& row, Eigen::MatrixXd& matrix) const;            // lower triangle of matrix += w J^T J
+
+ private:
+  std::vector<Row> rows_;
+  std::vector<int> index_;
+  std::vector<double> value_;
+};
+
+class RowSolver {
+ public:
+  // Solves for v, starting from the sides that the rows carry and leaving them at the solution.
+  // mass_matrix: (n, n), lower triangle is read. Returns false if the set did not settle or a matrix was not positive definite.
+  bool solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows, Eigen::VectorXd& v);
+
+  // Impulse of each row of the last solution.
+  const Eigen::VectorXd& impulse() const { return impulse_; }
+  int factorisations() const { return factorisations_; }
+
+ private:
+  bool solve_on_set(const Eigen::MatrixXd& mass_matrix, const RowSet& rows);
+
+  Eigen::MatrixXd stiffened_;   // M + Sum w J^T J over the free rows, overwritten by its factor
+  Eigen::VectorXd change_;      // v - v_free
+  Eigen::VectorXd residual_;    // target - J v_free
+  Eigen::VectorXd impulse_;
+  Eigen::MatrixXd response_;    // (n, hard rows): stiffened^-1 J^T
+  Eigen::MatrixXd coupling_;    // (hard rows, hard rows): J stiffened^-1 J^T
+  Eigen::VectorXd multiplier_;  // impulses of the hard rows
+  std::vector<int> hard_;
+  int factorisations_ = 0;
+};
+
+}  // namespace rille

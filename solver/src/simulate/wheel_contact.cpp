@@ -1,0 +1,133 @@
+#include "simulate/wheel_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/slip.hpp"
+
+namespace rille {
+namespace {
+
+using Eigen::Vector3d;
+
+// Below this speed [m/s] slip is not reported: it would be a ratio of two noises.
+constexpr double kSlipReportSpeed = 1e-4;
+
+}  // namespace
+
+WheelContact::WheelContact(const Rover& rover, const Terrain& terrain, int wheel)
+    : wheel_(&rover.wheels[wheel]),
+      joint_(&rover.joints[wheel_->joint]),
+      terrain_(&terrain),
+      ground_(terrain),
+      index_(wheel),
+      body_(joint_->child) {}
+
+ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowSet& rows) {
+  first_row_ = -1;
+  const double radius = wheel_->radius;
+  const Vector3d center = mechanism.to_world(body_, wheel_->center);
+  const Vector3d axle = mechanism.rotate_to_world(body_, joint_->axis);
+  state_ = WheelState{};
+  state_.center = center;
+
+  Eigen::Vector2d heading(axle.y(), -axle.x());  // axle x up, level
+  const double level = heading.norm();
+  heading = level > 1e-6 ? Eigen::Vector2d(heading / level) : Eigen::Vector2d(1, 0);
+  const auto below = ground_.height(center.x(), center.y());
+  const auto plane = ground_.plane(center.x(), center.y(), heading, 0.5 * radius, 0.5 * wheel_->width);
+  if (!below || !plane) return ContactStatus::off_terrain;
+  state_.ground_height = *below;
+
+  // Frame of the wheel: "up" is the ground's normal seen in the wheel's plane; a wheel that lies flat has none.
+  const Vector3d in_plane = plane->normal - plane->normal.dot(axle) * axle;
+  const double cos_camber = in_plane.norm();
+  if (cos_camber < 0.1) return ContactStatus::in_air;
+  const Vector3d up = in_plane / cos_camber;
+  const Vector3d ahead = axle.cross(up);
+  const double distance = (center.z() - plane->height) * plane->normal.z() / cos_camber;
+  const double sinkage = radius - distance;
+  if (sinkage <= 0) {
+    sides_.fill(RowSide::free);
+    return ContactStatus::in_air;
+  }
+  if (sinkage >= radius) return ContactStatus::buried;
+  state_.sinkage = sinkage;
+
+  const Vector3d foot = center - radius * up;
+  const double v = mechanism.velocity_at(body_, center).dot(ahead);
+  const double u = radius * mechanism.angular_velocity(body_).dot(axle);
+  const double v_y = mechanism.velocity_at(body_, foot).dot(axle);
+  const Slip slip = slip_of(v, u, v_y);
+  if (std::max(std::abs(v), std::abs(u)) > kSlipReportSpeed) {
+    state_.slip_ratio = slip.ratio;
+    state_.slip_angle = std::atan2(v_y, std::abs(v));
+  }
+
+  const int soil_index = ground_.soil(center.x(), center.y());
+  const Soil& soil = terrain_->soils[soil_index];
+  const SoilReaction reaction = react(terrain_->response[index_][soil_index], soil, {radius, wheel_->width},
+                                      {sinkage, slip.ratio, slip.travel_ratio, slip.lateral_ratio});
+
+  const double shear = (reaction.torque - reaction.rolling_torque) / radius;  // S in the direction of travel
+  const double rolling = reaction.rolling_torque / radius;
+  const double rut = shear - reaction.drawbar_pull;
+  const double strength = h * reaction.shear_strength;
+  const double stiffness = (soil.sinkage_exponent + 0.5) * reaction.normal_load / sinkage;
+  const double damping = soil.damping * wheel_->width * reaction.contact_length;
+
+  int row_number = 0;
+  const auto open = [&](const Vector3d& point, const Vector3d& linear, const Vector3d& angular, double weight) -> Row& {
+    const int row = rows.open();
+    if (row_number == 0) first_row_ = row;
+    mechanism.add_jacobian(body_, point, linear, angular, rows);
+    rows[row].weight = std::max(weight, 1e-30);
+    rows[row].side = sides_[static_cast<std::size_t>(row_number++)];
+    return rows[row];
+  };
+  // Dry friction of the given size against one velocity; a negative size (an unusual soil) is taken as a given force.
+  const auto bound = [&](Row& row, double size, double speed) {
+    if (size >= 0) {
+      row.lower = -h * size;
+      row.upper = h * size;
+    } else {
+      row.lower = row.upper = -std::copysign(h * size, speed);
+    }
+  };
+
+  const double normal_slope = h * stiffness + damping;
+  Row& normal = open(center, up, Vector3d::Zero(), h * normal_slope);
+  normal.target = normal_slope > 0 ? reaction.normal_load / normal_slope : 0;
+  normal.lower = 0;
+
+  Row& sliding = open(center, -ahead, radius * axle, h * std::abs(shear) / slip.sliding_speed);
+  if (shear * slip.ratio >= 0) {
+    sliding.lower = -strength;
+    sliding.upper = strength;
+  } else {
+    sliding.lower = sliding.upper = -h * slip.direction * shear;
+  }
+
+  Row& rolling_row = open(center, Vector3d::Zero(), radius * axle, h * std::max(rolling, 0.0) / kParkingSpeed);
+  bound(rolling_row, rolling, u);
+
+  Row& rut_row = open(center, ahead, Vector3d::Zero(), h * std::max(rut, 0.0) / kParkingSpeed);
+  bound(rut_row, rut, v);
+
+  Row& side = open(foot, axle, Vector3d::Zero(), h * reaction.side_force / slip.lateral_speed);
+  side.lower = -strength;
+  side.upper = strength;
+  return ContactStatus::on_soil;
+}
+
+void WheelContact::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h) {
+  if (first_row_ < 0) return;
+  const auto force = [&](int k) { return impulse[first_row_ + k] / h; };
+  for (int k = 0; k < kRows; ++k) sides_[static_cast<std::size_t>(k)] = rows[first_row_ + k].side;
+  state_.normal_load = force(0);
+  state_.drawbar_pull = force(3) - force(1);
+  state_.side_force = force(4);
+  state_.drive_torque = -wheel_->radius * (force(1) + force(2));
+}
+
+}  // namespace rille

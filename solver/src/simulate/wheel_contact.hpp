@@ -1,0 +1,55 @@
+// A wheel on soft soil as implicit constraint rows.
+//
+// Soft soil is no collision: the stress integrals give forces N, D, F_y and a torque T. They are stiff in the velocities
+// (the slip law at 4 cm/s would need steps below 0.2 ms if taken explicitly), so they enter the next velocity implicitly.
+// With rim speed u = r w and centre speed v along the heading the longitudinal law is split into parts that each vanish with
+// one velocity, which makes every row dissipative and lets a parked rover stand still:
+//   shear     S = (T - T_0)/r       against u - v, secant S/|u - v|, bounded by the soil's shear strength
+//   rolling   T_0/r                 against u, like dry friction
+//   rut       R = S - D             against v, like dry friction
+// where T_0 is the torque of the same normal stresses at zero slip. Their sum gives back D and T exactly:
+// S - R = D,  r S + T_0 = T. Normal: N(z) with its stiffness dN/dz = (n + 1/2) N/z and the soil's damping. Side: secant
+// F_y/|v_y|, bounded by the shear strength. The secants are taken at the beginning of the step; a steady state therefore
+// obeys the soil law exactly, whatever the step.
+#pragma once
+
+#include <array>
+
+#include "model/model.hpp"
+#include "model/result.hpp"
+#include "physics/rows.hpp"
+#include "physics/wheel_soil.hpp"
+#include "world/ground.hpp"
+#include "world/mechanism.hpp"
+
+namespace rille {
+
+enum class ContactStatus { in_air, on_soil, off_terrain, buried };
+
+class WheelContact {
+ public:
+  WheelContact(const Rover& rover, const Terrain& terrain, int wheel);
+
+  // Reads the wheel's place and appends its rows for a step h [s]. Needs update_kinematics().
+  ContactStatus open_rows(const Mechanism& mechanism, double h, RowSet& rows);
+  // Reads forces back from the solved impulses.
+  void close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h);
+
+  const WheelState& state() const { return state_; }
+  int body() const { return body_; }
+
+ private:
+  static constexpr int kRows = 5;  // normal, shear, rolling, rut, side
+
+  const Wheel* wheel_;
+  const Joint* joint_;
+  const Terrain* terrain_;
+  Ground ground_;
+  int index_;
+  int body_;
+  WheelState state_;
+  int first_row_ = -1;                        // -1: no rows in this step
+  std::array<RowSide, kRows> sides_ = {};     // sides of the last step, where the active set starts
+};
+
+}  // namespace rille
