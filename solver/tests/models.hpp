@@ -1,0 +1,95 @@
+// Small models for the tests, made of values without a database.
+#pragma once
+
+#include "model/model.hpp"
+
+namespace rille::test {
+
+inline Body box_body(const std::string& name, double mass, const Eigen::Vector3d& com, const Eigen::Vector3d& size) {
+  Body body;
+  body.name = name;
+  body.mass = mass;
+  body.com = com;
+  const Eigen::Vector3d s = size.cwiseProduct(size);
+  body.inertia = Eigen::Vector3d(s.y() + s.z(), s.x() + s.z(), s.x() + s.y()).asDiagonal();
+  body.inertia *= mass / 12;
+  return body;
+}
+
+// Nominal lunar regolith, Carrier et al. 1991 (Lunar Sourcebook ch. 9).
+inline Soil lunar_soil() {
+  Soil soil;
+  soil.name = "lunar_sourcebook";
+  soil.sinkage_exponent = 1;
+  soil.cohesive_modulus = 1400;
+  soil.frictional_modulus = 820e3;
+  soil.cohesion = 170;
+  soil.friction_angle = 35 * M_PI / 180;
+  soil.shear_modulus = 0.018;
+  soil.lateral_shear_modulus = 0.018;
+  soil.peak_angle_offset = 0.4;
+  soil.peak_angle_slip = 0.15;
+  soil.damping = 3e4;
+  return soil;
+}
+
+// Plane terrain z = slope x, 40 m x 40 m around the origin.
+inline Terrain plane_terrain(double slope, int n_wheels, const Soil& soil = lunar_soil()) {
+  Terrain terrain;
+  terrain.name = "plane";
+  terrain.soils = {soil};
+  terrain.response.assign(static_cast<std::size_t>(n_wheels), {WheelSoilLaw::bekker_wong});
+  HeightGrid& grid = terrain.grid;
+  grid.n_rows = grid.n_cols = 41;
+  grid.posting_x = grid.posting_y = 1;
+  grid.x_west = -20;
+  grid.y_north = 20;
+  for (int i = 0; i < grid.n_rows; ++i)
+    for (int j = 0; j < grid.n_cols; ++j) grid.heights.push_back(slope * (grid.x_west + j));
+  return terrain;
+}
+
+// Cart with four driven wheels, axles along y; each wheel carries about `load` kilograms.
+inline Rover cart(double load) {
+  Rover rover;
+  const double wheel_mass = 1.5;
+  rover.bodies.push_back(box_body("chassis", 4 * (load - wheel_mass), {0, 0, 0.2}, {0.8, 0.5, 0.2}));
+  for (const double x : {0.5, -0.5})
+    for (const double y : {0.4, -0.4}) {
+      const std::string name = std::string(x > 0 ? "front_" : "rear_") + (y > 0 ? "left" : "right");
+      const int index = static_cast<int>(rover.bodies.size());
+      rover.bodies.push_back(box_body(name, wheel_mass, {x, y, 0.15}, {0.25, 0.16, 0.25}));
+      Joint joint;
+      joint.name = name;
+      joint.parent = 0;
+      joint.child = index;
+      joint.point = {x, y, 0.15};
+      joint.axis = Eigen::Vector3d::UnitY();
+      rover.joints.push_back(joint);
+      Drive drive;
+      drive.name = name;
+      drive.joint = index - 1;
+      drive.mode = DriveMode::speed;
+      drive.max_torque = 20;
+      rover.drives.push_back(drive);
+      Wheel wheel;
+      wheel.name = name;
+      wheel.joint = index - 1;
+      wheel.center = joint.point;
+      wheel.radius = 0.15;
+      wheel.width = 0.165;
+      rover.wheels.push_back(wheel);
+    }
+  return rover;
+}
+
+inline Scenario scenario(double gravity, double step, double duration) {
+  Scenario s;
+  s.name = "test";
+  s.gravity = {0, 0, -gravity};
+  s.step = step;
+  s.duration = duration;
+  return s;
+}
+
+}  // namespace rille::test
