@@ -1,0 +1,85 @@
+# rille: `make` alone lists the verbs.
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.ONESHELL:
+.DELETE_ON_ERROR:
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+CPP    := build/Release
+OUT    := out
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export RILLE_DATA ?= ../shared
+
+# System packages, by what needs them: compiler and tools; solver; Python headers; off-screen rendering (EGL, no X, no GPU).
+PACKAGES := build-essential cmake ninja-build pkg-config \
+            libbullet-dev libsqlite3-dev libsqlitecpp-dev libeigen3-dev libfmt-dev libcli11-dev nlohmann-json3-dev doctest-dev \
+            python3-venv python3-dev \
+            libegl1 libgl1 libgl1-mesa-dri libx11-6 libxrender1 libexpat1
+
+CPP_SOURCES := $(shell find solver schema/schema.sql -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.in' -o -name '*.sql' -o -name CMakeLists.txt \))
+
+.PHONY: help setup build demo test cpp-test examples bench check format clean
+
+help:  ## list the verbs
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
+
+setup: build  ## install what a bare machine lacks, and build
+
+.setup-system: Makefile
+	@missing=$$(for p in $(PACKAGES); do dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null | grep -qx installed || echo $$p; done)
+	if [ -n "$$missing" ]; then
+	  echo "installing system packages: $$missing" | tr '\n' ' '; echo
+	  if [ "$$(id -u)" = 0 ]; then become=""; else become=sudo; fi
+	  $$become apt-get update -q >/dev/null
+	  DEBIAN_FRONTEND=noninteractive $$become apt-get install -y -q --no-install-recommends $$missing >/dev/null
+	fi
+	touch $@
+
+.setup-python: .setup-system pyproject.toml pipeline/constraints.txt
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	echo "installing Python packages into $(VENV) (first time: 1-2 minutes)"
+	$(BIN)/python -m pip install -q -c pipeline/constraints.txt nanobind scikit-build-core
+	touch $@
+
+.setup-build: .setup-python $(CPP_SOURCES)
+	@echo "building the solver"
+	$(BIN)/python -m pip install -q -c pipeline/constraints.txt --no-build-isolation \
+	  --config-settings=cmake.define.RILLE_TESTS=ON --config-settings=cmake.define.RILLE_BENCHMARK=ON -e '.[dev]'
+	touch $@
+
+build: .setup-build  ## build the solver and the package into .venv
+
+demo: build  ## drive the example rover for 60 s over a composed terrain; table, pictures, paths
+	@mkdir -p $(OUT)/demo && rm -f $(OUT)/demo/rover.db*
+	$(BIN)/rille cad build examples/rover/rover.toml -o $(OUT)/demo/rover.db
+	$(BIN)/rille terrain build examples/terrain/composed.toml -o $(OUT)/demo/rover.db
+	$(BIN)/rille run $(OUT)/demo/rover.db --scenario examples/first_drive/traverse.toml
+	$(BIN)/rille view $(OUT)/demo/rover.db -o $(OUT)/demo
+
+test: build cpp-test  ## run all tests
+	@$(BIN)/python -m pytest
+
+cpp-test: build
+	@ctest --test-dir $(CPP) --output-on-failure
+
+examples: build  ## run every example
+	@$(BIN)/python -m pytest tests/house/test_examples.py
+
+bench: build  ## measure steps per second, real-time factor and step-size error
+	@$(BIN)/python solver/benchmark/bench.py
+
+check: build  ## lint, types, tests
+	@$(BIN)/ruff check pipeline tests solver examples
+	$(BIN)/ruff format --check pipeline tests solver examples
+	$(BIN)/pyright
+	$(MAKE) test
+
+format: build  ## format the Python code
+	@$(BIN)/ruff check --fix pipeline tests solver examples
+	$(BIN)/ruff format pipeline tests solver examples
+
+clean:  ## remove everything that was built
+	rm -rf build $(VENV) $(OUT) .setup-*

@@ -1,0 +1,68 @@
+"""Values at the door: strings with units become SI numbers. Inside rille there are only SI and radians."""
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from rille.model.errors import InputRefused
+
+if TYPE_CHECKING:
+    import pint
+
+# Dimension of each kind of quantity, as a unit that it must be convertible to.
+SI_UNITS = {
+    "length": "m",
+    "mass": "kg",
+    "density": "kg/m^3",
+    "inertia": "kg m^2",
+    "angle": "rad",
+    "time": "s",
+    "speed": "m/s",
+    "angular_speed": "rad/s",
+    "torque": "N m",
+    "force": "N",
+    "pressure": "Pa",
+    "acceleration": "m/s^2",
+    "rate": "Hz",
+}
+
+
+@cache
+def _registry() -> "pint.UnitRegistry":
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def to_si(value: object, kind: str, what: str) -> float:
+    """Turn ``"35 deg"``, ``"120 mm"`` or a bare number (already SI) into an SI number.
+
+    Parameters
+    ----------
+    value : number, or string with a number and a unit.
+    kind : key of ``SI_UNITS``, or an SI unit such as ``"N/m^2"``.
+    what : name of the quantity for the error sentence ("radius of wheel 'front_left'").
+
+    Raises
+    ------
+    InputRefused : if the text is no quantity, its unit has another dimension, or the value is not finite.
+    """
+    import math
+
+    unit = SI_UNITS.get(kind, kind)
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise InputRefused(f'{what} is {value!r}; give a number in {unit} or a string with a unit such as "1 {unit}"')
+    if isinstance(value, int | float):
+        number = float(value)
+    else:
+        import pint
+
+        try:
+            quantity = _registry().Quantity(value)
+            number = float(quantity.m if quantity.dimensionless and not value.strip()[-1:].isalpha() else quantity.m_as(unit))
+        except (pint.PintError, ValueError, TypeError, AttributeError, ArithmeticError, SyntaxError) as error:
+            raise InputRefused(f'{what} is "{value}", which is no {kind} ({error}); write for example "1 {unit}"') from None
+        except Exception as error:  # pint lets errors of its tokeniser through
+            raise InputRefused(f'{what} is "{value}", which cannot be read ({error}); write for example "1 {unit}"') from None
+    if not math.isfinite(number):
+        raise InputRefused(f"{what} is {value}; give a finite value in {unit}")
+    return number

@@ -1,0 +1,154 @@
+"""Scenario files (TOML) -> Scenario."""
+
+import fnmatch
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+
+from rille import __version__
+from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, nearest_names
+from rille.model.quantity import to_si
+from rille.model.sheet import Sheet, read_sheet, source_of
+
+GRAVITY = {"moon": 1.625, "mars": 3.728, "earth": 9.80665, "none": 0.0}  # [m/s^2] mean surface gravity
+
+Number = float | int | str
+
+
+class _Start(Sheet):
+    x: Number = 0.0
+    y: Number = 0.0
+    z: Number | None = None
+    heading: Number = 0.0
+    velocity: list[Number] = Field(default=[0.0, 0.0, 0.0], min_length=3, max_length=3)
+    angular_velocity: list[Number] = Field(default=[0.0, 0.0, 0.0], min_length=3, max_length=3)
+
+
+class _InitialState(Sheet):
+    joint: str
+    position: Number = 0.0
+    velocity: Number = 0.0
+
+
+class _Command(Sheet):
+    drives: list[str] = Field(min_length=1)
+    time: Number = 0.0
+    value: Number
+
+
+class _ScenarioSheet(Sheet):
+    name: str = Field(min_length=1)
+    duration: Number
+    terrain: str | None = None
+    gravity: Number | list[Number] = "earth"
+    step: Number = 0.001
+    output_interval: Number = 0.02
+    integrator: Literal["auto", "semi_implicit_euler", "rk4"] = "auto"
+    settle_time: Number | None = None
+    start: _Start = _Start()
+    initial_state: list[_InitialState] = []
+    command: list[_Command] = []
+
+
+def _gravity(value: Number | list[Number]) -> tuple[float, float, float]:
+    if isinstance(value, list):
+        if len(value) != 3:
+            raise InputRefused(f"gravity has {len(value)} components; give three, or one of {', '.join(GRAVITY)}")
+        x, y, z = (to_si(v, "acceleration", "gravity") for v in value)
+        return x, y, z
+    if isinstance(value, str) and value.isalpha():
+        if value not in GRAVITY:
+            raise InputRefused(f"gravity is '{value}'; {nearest_names(value, GRAVITY)}")
+        return 0.0, 0.0, -GRAVITY[value]
+    return 0.0, 0.0, -abs(to_si(value, "acceleration", "gravity"))
+
+
+def _command_value(value: Number, what: str) -> float:
+    """A bare number is SI; a string may be an angular speed, an angle, a torque, a speed, a length or a force."""
+    if not isinstance(value, str):
+        return to_si(value, "rad/s", what)
+    for unit in ("rad/s", "rad", "N m", "m/s", "m", "N"):
+        try:
+            return to_si(value, unit, what)
+        except InputRefused:
+            continue
+    raise InputRefused(f'{what} is "{value}"; give an angular speed, an angle or a torque, for example "0.6 rad/s"')
+
+
+def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
+    """Read a scenario file.
+
+    Parameters
+    ----------
+    path : TOML file; keys are those of table ``scenario``, angles and speeds may carry units, ``drives`` takes patterns.
+    drive_modes : the model's drives and their modes; patterns are expanded against the names.
+
+    Raises
+    ------
+    InputRefused : with the key and its place, the nearest names of a drive, or the unit that does not fit.
+    """
+    sheet = read_sheet(path, _ScenarioSheet)
+    what = f"of scenario '{sheet.name}'"
+    on_terrain = sheet.terrain is not None and sheet.start.z is None
+    heading = to_si(sheet.start.heading, "angle", f"heading {what}")
+    position = (
+        to_si(sheet.start.x, "length", f"start.x {what}"),
+        to_si(sheet.start.y, "length", f"start.y {what}"),
+        to_si(sheet.start.z or 0.0, "length", f"start.z {what}"),
+    )
+    commands = [c for entry in sheet.command for c in _commands(entry, sheet.name, drive_modes)]
+    settle = sheet.settle_time if sheet.settle_time is not None else (10.0 if on_terrain else 0.0)
+    vx, vy, vz = (to_si(v, "speed", f"start.velocity {what}") for v in sheet.start.velocity)
+    wx, wy, wz = (to_si(v, "angular_speed", f"start.angular_velocity {what}") for v in sheet.start.angular_velocity)
+    return Scenario(
+        name=sheet.name,
+        duration=to_si(sheet.duration, "time", f"duration {what}"),
+        gravity=_gravity(sheet.gravity),
+        step=to_si(sheet.step, "time", f"step {what}"),
+        output_interval=to_si(sheet.output_interval, "time", f"output_interval {what}"),
+        integrator=sheet.integrator,
+        terrain=sheet.terrain,
+        placement="on_terrain" if on_terrain else "as_given",
+        settle_time=to_si(settle, "time", f"settle_time {what}"),
+        start=Pose(position=position, rotation=(math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2))),
+        start_velocity=(vx, vy, vz),
+        start_angular_velocity=(wx, wy, wz),
+        initial_states=tuple(
+            InitialJointState(
+                joint=s.joint,
+                position=_command_value(s.position, f"position of joint '{s.joint}'"),
+                velocity=_command_value(s.velocity, f"velocity of joint '{s.joint}'"),
+            )
+            for s in sheet.initial_state
+        ),
+        commands=tuple(sorted(commands, key=lambda c: (c.time, c.drive))),
+        sources=(source_of(path, f"scenario {sheet.name}", f"rille {__version__}"),),
+    )
+
+
+def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> list[Command]:
+    time = to_si(entry.time, "time", f"time of a command of scenario '{scenario}'")
+    commands = []
+    for pattern in entry.drives:
+        matched = fnmatch.filter(drive_modes, pattern)
+        if not matched:
+            raise InputRefused(f"scenario '{scenario}' commands the drive '{pattern}', which the model does not have; "
+                               f"{nearest_names(pattern, drive_modes)}")
+        for drive in matched:
+            expected: Sequence[str] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}[drive_modes[drive]]
+            commands.append(Command(drive=drive, time=time, value=_value_for(entry.value, expected, drive)))
+    return commands
+
+
+def _value_for(value: Number, units: Sequence[str], drive: str) -> float:
+    what = f"the command of drive '{drive}'"
+    refusals = []
+    for unit in units:
+        try:
+            return to_si(value, unit, what)
+        except InputRefused as refusal:
+            refusals.append(refusal)
+    raise refusals[0]

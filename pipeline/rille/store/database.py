@@ -1,0 +1,185 @@
+"""Opening, creating and migrating databases; every refusal in one sentence, and nothing refused is ever changed."""
+
+import re
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from functools import cache
+from pathlib import Path
+
+from rille.model import InputRefused
+
+APPLICATION_ID = 1380535372  # "RILL"
+
+
+@cache
+def schema_folder() -> Path:
+    """Folder with ``schema.sql``: that of the checkout, else the one installed inside the package."""
+    package = Path(__file__).resolve().parent.parent
+    for folder in (package.parent.parent / "schema", package / "schema"):
+        if (folder / "schema.sql").is_file():
+            return folder
+    raise FileNotFoundError(f"schema.sql is missing beside {package}; install rille again")
+
+
+@cache
+def schema_version() -> int:
+    """The ``user_version`` that ``schema.sql`` gives a fresh database."""
+    text = (schema_folder() / "schema.sql").read_text()
+    found = re.search(r"PRAGMA user_version = (\d+)", text)
+    assert found is not None
+    return int(found.group(1))
+
+
+def create(path: Path) -> None:
+    """Make an empty database of rille.
+
+    Raises
+    ------
+    InputRefused : if the file exists, or its folder does not.
+    """
+    path = Path(path)
+    if path.exists():
+        raise InputRefused(f"'{path}' exists already; choose another name or remove it")
+    if not path.parent.is_dir():
+        raise InputRefused(f"the folder '{path.parent}' does not exist; create it first")
+    part = path.with_name(path.name + ".part")
+    part.unlink(missing_ok=True)
+    try:
+        with closing(sqlite3.connect(part)) as connection:
+            connection.execute("PRAGMA journal_mode = WAL")  # readers see what a running solver has committed
+            connection.executescript((schema_folder() / "schema.sql").read_text())
+            connection.executescript((schema_folder() / "views.sql").read_text())
+            connection.commit()
+        part.rename(path)
+    except (sqlite3.Error, OSError) as error:
+        part.unlink(missing_ok=True)
+        raise InputRefused(f"'{path}' could not be created: {error}; is the folder writable and the disk not full?") from error
+
+
+def _probe(path: Path, *, may_be_older: bool) -> int:
+    """Read header and version without writing a byte; return the version."""
+    if not path.exists():
+        raise InputRefused(f"there is no file '{path}'; build a model first: `rille cad build SHEET.toml -o {path}`")
+    if not path.is_file():
+        raise InputRefused(f"'{path}' is a folder, not a database")
+    with path.open("rb") as file:
+        header = file.read(100)
+    if header[:16] != b"SQLite format 3\x00":
+        raise InputRefused(f"'{path}' is not an SQLite database")
+    if len(header) < 100:
+        raise InputRefused(f"'{path}' is truncated ({len(header)} bytes); restore it from a copy")
+    try:
+        with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
+            application = connection.execute("PRAGMA application_id").fetchone()[0]
+            version = connection.execute("PRAGMA user_version").fetchone()[0]
+            if application != APPLICATION_ID:
+                raise InputRefused(
+                    f"'{path}' is a database of another program (application_id {application}, rille's is {APPLICATION_ID})"
+                )
+            health = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+    except sqlite3.DatabaseError as error:
+        raise InputRefused(f"'{path}' cannot be read: {error}; it is damaged or truncated, restore it from a copy") from error
+    if health != "ok":
+        raise InputRefused(f"'{path}' is damaged ({health}); restore it from a copy")
+    if version > schema_version():
+        raise InputRefused(f"'{path}' has schema version {version}, newer than {schema_version()}; upgrade rille")
+    if version < schema_version() and not may_be_older:
+        raise InputRefused(
+            f"'{path}' has schema version {version}, older than {schema_version()}; run `rille db migrate {path}`"
+        )
+    return version
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connection that only reads; rows come as ``sqlite3.Row``."""
+    path = Path(path)
+    _probe(path, may_be_older=False)
+    with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
+        connection.row_factory = sqlite3.Row
+        yield connection
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connection inside one transaction: committed at the end, rolled back by any exception."""
+    path = Path(path)
+    _probe(path, may_be_older=False)
+    try:
+        with closing(sqlite3.connect(path, isolation_level=None, timeout=10)) as connection:
+            connection.row_factory = sqlite3.Row
+            connection.execute("PRAGMA foreign_keys = ON")
+            connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield connection
+            except BaseException:
+                connection.execute("ROLLBACK")
+                raise
+            connection.execute("COMMIT")
+    except sqlite3.OperationalError as error:
+        raise InputRefused(
+            f"'{path}' could not be written: {error}; nothing was changed (is it locked, read-only, or the disk full?)"
+        ) from error
+
+
+def insert(connection: sqlite3.Connection, table: str, subject: str, row: Mapping[str, object]) -> int:
+    """Insert one row and return its key.
+
+    ``subject`` names the row in an error ("body 'rocker_left'").
+
+    Raises
+    ------
+    InputRefused : if the row breaks a rule of the schema, with the rule and the values that it speaks of.
+    """
+    columns = ", ".join(row)
+    marks = ", ".join("?" for _ in row)
+    try:
+        return connection.execute(f"INSERT INTO {table} ({columns}) VALUES ({marks})", tuple(row.values())).lastrowid or 0
+    except sqlite3.IntegrityError as error:
+        raise InputRefused(_broken_rule(table, subject, row, str(error))) from error
+
+
+def _broken_rule(table: str, subject: str, row: Mapping[str, object], message: str) -> str:
+    kind, _, rule = message.partition(": ")
+    concerned = {c: v for c, v in row.items() if re.search(rf"\b{c}\b", rule) and not isinstance(v, bytes)}
+    values = ", ".join(f"{c} = {v}" for c, v in concerned.items())
+    if kind.startswith("CHECK"):
+        if "ixx" in rule and "iyy + izz" in rule:
+            return f"the inertia of {subject} breaks the triangle inequality ({values} kg m^2); no body has such moments"
+        return f"{subject} breaks the rule `{rule}` of table {table} ({values}); correct the value"
+    if kind.startswith("NOT NULL"):
+        return f"{subject} has no finite value for {rule.removeprefix(table + '.')}; give one"
+    if kind.startswith("UNIQUE"):
+        return f"{subject} exists twice in table {table} ({values}); choose another name"
+    return f"{subject} cannot be stored in table {table}: {message}"
+
+
+def migrate(path: Path) -> tuple[int, int]:
+    """Bring an older database to the present schema, step by step, each step in one transaction.
+
+    Returns
+    -------
+    The version before and after. A step that fails leaves the database at the version before that step.
+    """
+    path = Path(path)
+    before = _probe(path, may_be_older=True)
+    steps = {int(file.name[:4]): file for file in sorted((schema_folder() / "migrations").glob("[0-9]*.sql"))}
+    with closing(sqlite3.connect(path, isolation_level=None, timeout=10)) as connection:
+        for version in range(before + 1, schema_version() + 1):
+            if version not in steps:
+                raise InputRefused(f"there is no migration to version {version}; '{path}' stays at version {version - 1}")
+            apply_step(connection, version, steps[version].read_text())
+        if before < schema_version():
+            connection.executescript((schema_folder() / "views.sql").read_text())
+    return before, schema_version()
+
+
+def apply_step(connection: sqlite3.Connection, version: int, sql: str) -> None:
+    """Run one migration in one transaction and record its version; on failure nothing of it remains."""
+    try:
+        connection.executescript(f"BEGIN IMMEDIATE;\n{sql}\n;PRAGMA user_version = {version};\nCOMMIT;")
+    except sqlite3.Error as error:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise InputRefused(f"the migration to version {version} failed ({error}); the database stays as it was") from error

@@ -1,0 +1,459 @@
+"""Rover values <-> rows."""
+
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+
+from rille.model import (
+    Body,
+    CollisionShape,
+    Differential,
+    Drive,
+    Gear,
+    Grouser,
+    InputRefused,
+    Joint,
+    JointLimit,
+    LoopClosure,
+    MassProperties,
+    Material,
+    Mesh,
+    Part,
+    PartInstance,
+    Pose,
+    Rover,
+    SourceFile,
+    Wheel,
+    nearest_names,
+)
+from rille.store.database import insert, reading, writing
+
+ROVER_TABLES = (
+    "grouser",
+    "wheel",
+    "loop_closure",
+    "gear",
+    "differential",
+    "drive",
+    "joint_limit",
+    "joint",
+    "collision_shape",
+    "mesh",
+    "part_instance",
+    "body",
+    "part",
+    "material",
+)  # children before parents
+
+
+def write_rover(path: Path, rover: Rover, *, replace: bool = False) -> None:
+    """Put the rover into the database, in place of the one it holds.
+
+    Scenarios and runs belong to the rover that they were made for: if there are any, ``replace=True`` deletes them.
+
+    Raises
+    ------
+    InputRefused : if scenarios or runs depend on the present rover and ``replace`` is false, if the rover refers to a name
+        that it does not have, or if a value breaks a rule of the schema. The database is then as it was.
+    """
+    with writing(path) as connection:
+        dependants = [t for t in ("scenario", "run") if connection.execute(f"SELECT 1 FROM {t} LIMIT 1").fetchone()]
+        if dependants and not replace:
+            raise InputRefused(
+                f"'{path}' holds {' and '.join(t + 's' for t in dependants)} of its present rover; "
+                "use another file, or --force to delete them with it"
+            )
+        for table in ("run", "scenario", *ROVER_TABLES):
+            connection.execute(f"DELETE FROM {table}")
+        connection.execute("DELETE FROM provenance WHERE subject = 'rover'")
+        _Writer(connection, rover).write()
+
+
+class _Names:
+    """Keys of the rows of one table by name; an unknown name is a sentence with the nearest ones."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.keys: dict[str, int] = {}
+
+    def key(self, name: str | None, subject: str) -> int | None:
+        if name is None:
+            return None
+        if name not in self.keys:
+            raise InputRefused(f"{subject} names the {self.what} '{name}', which does not exist; {nearest_names(name, self.keys)}")
+        return self.keys[name]
+
+
+def mass_columns(properties: MassProperties) -> dict[str, object]:
+    """Columns of mass, centre of mass and inertia that ``part`` and ``body`` share."""
+    inertia = properties.inertia
+    columns: dict[str, object] = {"mass": float(properties.mass)}
+    columns |= {f"com_{axis}": float(v) for axis, v in zip("xyz", properties.com, strict=True)}
+    columns |= {f"i{a}{b}": float(inertia["xyz".index(a), "xyz".index(b)]) for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")}
+    columns |= {"mass_provenance": properties.mass_provenance, "inertia_provenance": properties.inertia_provenance}
+    return columns
+
+
+def pose_columns(pose: Pose) -> dict[str, object]:
+    """Columns x y z qw qx qy qz."""
+    names = ("x", "y", "z", "qw", "qx", "qy", "qz")
+    return dict(zip(names, map(float, (*pose.position, *pose.rotation)), strict=True))
+
+
+def write_sources(connection: sqlite3.Connection, sources: tuple[SourceFile, ...]) -> None:
+    """Rows of table ``provenance``."""
+    for source in sources:
+        row = {"subject": source.subject, "file": source.file, "sha256": source.sha256, "tool": source.tool}
+        insert(connection, "provenance", f"source file '{source.file}'", row)
+
+
+class _Writer:
+    """Writes one rover table by table, parents first, remembering keys by name."""
+
+    def __init__(self, connection: sqlite3.Connection, rover: Rover) -> None:
+        self.connection = connection
+        self.rover = rover
+        self.materials = _Names("material")
+        self.parts = _Names("part")
+        self.bodies = _Names("body")
+        self.joints = _Names("joint")
+
+    def write(self) -> None:
+        write_sources(self.connection, self.rover.sources)
+        self.write_parts()
+        self.write_bodies()
+        self.write_joints()
+        self.write_wheels()
+
+    def write_parts(self) -> None:
+        for material in self.rover.materials:
+            subject = f"material '{material.name}'"
+            row = {
+                "name": material.name,
+                "density": material.density,
+                "provenance": material.provenance,
+                "source": material.source,
+            }
+            self.materials.keys[material.name] = insert(self.connection, "material", subject, row)
+        for part in self.rover.parts:
+            subject = f"part '{part.name}'"
+            row = {
+                "name": part.name,
+                "material_id": self.materials.key(part.material, subject),
+                "brep_hash": part.brep_hash,
+                "volume": part.volume,
+                **mass_columns(part.properties),
+                "color": part.color,
+            }
+            self.parts.keys[part.name] = insert(self.connection, "part", subject, row)
+            for mesh in part.meshes:
+                row = {
+                    "part_id": self.parts.keys[part.name],
+                    "purpose": mesh.purpose,
+                    "tolerance": mesh.tolerance,
+                    "n_vertices": len(mesh.vertices),
+                    "n_triangles": len(mesh.triangles),
+                    "vertices": np.ascontiguousarray(mesh.vertices, "<f4").tobytes(),
+                    "triangles": np.ascontiguousarray(mesh.triangles, "<i4").tobytes(),
+                }
+                insert(self.connection, "mesh", f"mesh of {subject}", row)
+
+    def write_bodies(self) -> None:
+        for body in self.rover.bodies:
+            row = {"name": body.name, **dict(zip(("frame_x", "frame_y", "frame_z"), map(float, body.frame), strict=True))}
+            row |= mass_columns(body.properties)
+            self.bodies.keys[body.name] = insert(self.connection, "body", f"body '{body.name}'", row)
+        for instance in self.rover.instances:
+            subject = f"part instance '{instance.path}'"
+            row = {
+                "path": instance.path,
+                "part_id": self.parts.key(instance.part, subject),
+                "body_id": self.bodies.key(instance.body, subject),
+                **pose_columns(instance.pose),
+            }
+            insert(self.connection, "part_instance", subject, row)
+        for shape in self.rover.collision_shapes:
+            subject = f"collision shape of body '{shape.body}'"
+            size = list(map(float, shape.size))
+            if shape.kind == "cylinder":
+                size = [size[0], None, size[1]]
+            size += [None] * (3 - len(size))
+            vertices = shape.vertices
+            row = {
+                "body_id": self.bodies.key(shape.body, subject),
+                "material_id": self.materials.key(shape.material, subject),
+                "kind": shape.kind,
+                **pose_columns(shape.pose),
+                "size_x": size[0],
+                "size_y": size[1],
+                "size_z": size[2],
+                "vertices": None if vertices is None else np.ascontiguousarray(vertices, "<f8").tobytes(),
+            }
+            insert(self.connection, "collision_shape", subject, row)
+
+    def write_joints(self) -> None:
+        for joint in self.rover.joints:
+            subject = f"joint '{joint.name}'"
+            row = {
+                "name": joint.name,
+                "kind": joint.kind,
+                "parent_body_id": self.bodies.key(joint.parent, subject),
+                "child_body_id": self.bodies.key(joint.child, subject),
+                **dict(zip("xyz", map(float, joint.point), strict=True)),
+                **dict(zip(("axis_x", "axis_y", "axis_z"), map(float, joint.axis), strict=True)),
+            }
+            self.joints.keys[joint.name] = insert(self.connection, "joint", subject, row)
+            if joint.limit is not None:
+                row = {
+                    "joint_id": self.joints.keys[joint.name],
+                    "lower": joint.limit.lower,
+                    "upper": joint.limit.upper,
+                    "provenance": joint.limit.provenance,
+                }
+                insert(self.connection, "joint_limit", f"limit of {subject}", row)
+        for drive in self.rover.drives:
+            subject = f"drive '{drive.name}'"
+            row = {
+                "name": drive.name,
+                "joint_id": self.joints.key(drive.joint, subject),
+                "mode": drive.mode,
+                "max_torque": drive.max_torque,
+                "max_speed": drive.max_speed,
+                "position_gain": drive.position_gain,
+                "provenance": drive.provenance,
+            }
+            insert(self.connection, "drive", subject, row)
+        for differential in self.rover.differentials:
+            subject = f"differential '{differential.name}'"
+            row = {
+                "name": differential.name,
+                "carrier_body_id": self.bodies.key(differential.carrier, subject),
+                "joint_a_id": self.joints.key(differential.joint_a, subject),
+                "joint_b_id": self.joints.key(differential.joint_b, subject),
+            }
+            insert(self.connection, "differential", subject, row)
+        for gear in self.rover.gears:
+            subject = f"gear '{gear.name}'"
+            row = {
+                "name": gear.name,
+                "joint_a_id": self.joints.key(gear.joint_a, subject),
+                "joint_b_id": self.joints.key(gear.joint_b, subject),
+                "ratio": gear.ratio,
+            }
+            insert(self.connection, "gear", subject, row)
+        for closure in self.rover.loop_closures:
+            subject = f"loop closure '{closure.name}'"
+            row = {
+                "name": closure.name,
+                "body_a_id": self.bodies.key(closure.body_a, subject),
+                "body_b_id": self.bodies.key(closure.body_b, subject),
+                **dict(zip("xyz", map(float, closure.point), strict=True)),
+            }
+            insert(self.connection, "loop_closure", subject, row)
+
+    def write_wheels(self) -> None:
+        for wheel in self.rover.wheels:
+            subject = f"wheel '{wheel.name}'"
+            row = {
+                "name": wheel.name,
+                "joint_id": self.joints.key(wheel.joint, subject),
+                "material_id": self.materials.key(wheel.material, subject),
+                **dict(zip("xyz", map(float, wheel.center), strict=True)),
+                "radius": wheel.radius,
+                "width": wheel.width,
+            }
+            key = insert(self.connection, "wheel", subject, row)
+            if wheel.grouser is not None:
+                row = {
+                    "wheel_id": key,
+                    "count": wheel.grouser.count,
+                    "height": wheel.grouser.height,
+                    "thickness": wheel.grouser.thickness,
+                }
+                insert(self.connection, "grouser", f"grousers of {subject}", row)
+
+
+def read_rover(path: Path) -> Rover:
+    """Read the rover back, equal in value to what was written.
+
+    Raises
+    ------
+    InputRefused : if the file is no database of rille.
+    """
+    with reading(path) as connection:
+        return _Reader(connection).read()
+
+
+class _Reader:
+    """Reads one rover table by table, turning keys back into names."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self.connection = connection
+        self.names = {
+            table: dict(connection.execute(f"SELECT id, name FROM {table}").fetchall())
+            for table in ("material", "part", "body", "joint")
+        }
+
+    def rows(self, sql: str) -> list[sqlite3.Row]:
+        return self.connection.execute(sql).fetchall()
+
+    def read(self) -> Rover:
+        materials, parts, bodies, joints = (self.names[t] for t in ("material", "part", "body", "joint"))
+        return Rover(
+            materials=tuple(
+                Material(name=r["name"], density=r["density"], provenance=r["provenance"], source=r["source"])
+                for r in self.rows("SELECT * FROM material ORDER BY id")
+            ),
+            parts=self.parts(),
+            instances=tuple(
+                PartInstance(path=r["path"], part=parts[r["part_id"]], body=bodies.get(r["body_id"]), pose=_pose(r))
+                for r in self.rows("SELECT * FROM part_instance ORDER BY id")
+            ),
+            bodies=tuple(
+                Body(name=r["name"], frame=(r["frame_x"], r["frame_y"], r["frame_z"]), properties=_mass(r))
+                for r in self.rows("SELECT * FROM body ORDER BY id")
+            ),
+            collision_shapes=self.shapes(),
+            joints=self.joints(),
+            drives=tuple(
+                Drive(
+                    name=r["name"],
+                    joint=joints[r["joint_id"]],
+                    mode=r["mode"],
+                    max_torque=r["max_torque"],
+                    max_speed=r["max_speed"],
+                    position_gain=r["position_gain"],
+                    provenance=r["provenance"],
+                )
+                for r in self.rows("SELECT * FROM drive ORDER BY id")
+            ),
+            differentials=tuple(
+                Differential(
+                    name=r["name"],
+                    carrier=bodies[r["carrier_body_id"]],
+                    joint_a=joints[r["joint_a_id"]],
+                    joint_b=joints[r["joint_b_id"]],
+                )
+                for r in self.rows("SELECT * FROM differential ORDER BY id")
+            ),
+            gears=tuple(
+                Gear(name=r["name"], joint_a=joints[r["joint_a_id"]], joint_b=joints[r["joint_b_id"]], ratio=r["ratio"])
+                for r in self.rows("SELECT * FROM gear ORDER BY id")
+            ),
+            loop_closures=tuple(
+                LoopClosure(
+                    name=r["name"],
+                    body_a=bodies[r["body_a_id"]],
+                    body_b=bodies.get(r["body_b_id"]),
+                    point=(r["x"], r["y"], r["z"]),
+                )
+                for r in self.rows("SELECT * FROM loop_closure ORDER BY id")
+            ),
+            wheels=self.wheels(materials, joints),
+            sources=read_sources(self.connection, "rover"),
+        )
+
+    def parts(self) -> tuple[Part, ...]:
+        meshes: dict[int, list[Mesh]] = {}
+        for r in self.rows("SELECT * FROM mesh ORDER BY id"):
+            mesh = Mesh(
+                vertices=np.frombuffer(r["vertices"], "<f4").reshape(-1, 3),
+                triangles=np.frombuffer(r["triangles"], "<i4").reshape(-1, 3),
+                tolerance=r["tolerance"],
+                purpose=r["purpose"],
+            )
+            meshes.setdefault(r["part_id"], []).append(mesh)
+        return tuple(
+            Part(
+                name=r["name"],
+                volume=r["volume"],
+                properties=_mass(r),
+                material=self.names["material"].get(r["material_id"]),
+                brep_hash=r["brep_hash"],
+                color=r["color"],
+                meshes=tuple(meshes.get(r["id"], ())),
+            )
+            for r in self.rows("SELECT * FROM part ORDER BY id")
+        )
+
+    def shapes(self) -> tuple[CollisionShape, ...]:
+        shapes = []
+        for r in self.rows("SELECT * FROM collision_shape ORDER BY id"):
+            size = tuple(v for v in (r["size_x"], r["size_y"], r["size_z"]) if v is not None)
+            vertices = None if r["vertices"] is None else np.frombuffer(r["vertices"], "<f8").reshape(-1, 3)
+            shapes.append(
+                CollisionShape(
+                    body=self.names["body"][r["body_id"]],
+                    kind=r["kind"],
+                    pose=_pose(r),
+                    size=size,
+                    vertices=vertices,
+                    material=self.names["material"].get(r["material_id"]),
+                )
+            )
+        return tuple(shapes)
+
+    def joints(self) -> tuple[Joint, ...]:
+        bodies = self.names["body"]
+        limits = {
+            r["joint_id"]: JointLimit(lower=r["lower"], upper=r["upper"], provenance=r["provenance"])
+            for r in self.rows("SELECT * FROM joint_limit")
+        }
+        return tuple(
+            Joint(
+                name=r["name"],
+                kind=r["kind"],
+                parent=bodies.get(r["parent_body_id"]),
+                child=bodies[r["child_body_id"]],
+                point=(r["x"], r["y"], r["z"]),
+                axis=(r["axis_x"], r["axis_y"], r["axis_z"]),
+                limit=limits.get(r["id"]),
+            )
+            for r in self.rows("SELECT * FROM joint ORDER BY id")
+        )
+
+    def wheels(self, materials: dict[int, str], joints: dict[int, str]) -> tuple[Wheel, ...]:
+        grousers = {
+            r["wheel_id"]: Grouser(count=r["count"], height=r["height"], thickness=r["thickness"])
+            for r in self.rows("SELECT * FROM grouser")
+        }
+        return tuple(
+            Wheel(
+                name=r["name"],
+                joint=joints[r["joint_id"]],
+                center=(r["x"], r["y"], r["z"]),
+                radius=r["radius"],
+                width=r["width"],
+                material=materials.get(r["material_id"]),
+                grouser=grousers.get(r["id"]),
+            )
+            for r in self.rows("SELECT * FROM wheel ORDER BY id")
+        )
+
+
+def read_sources(connection: sqlite3.Connection, subject: str) -> tuple[SourceFile, ...]:
+    """Rows of table ``provenance`` about ``subject``."""
+    rows = connection.execute("SELECT * FROM provenance WHERE subject = ? ORDER BY id", (subject,))
+    return tuple(SourceFile(subject=r["subject"], file=r["file"], sha256=r["sha256"], tool=r["tool"]) for r in rows)
+
+
+def _pose(row: sqlite3.Row) -> Pose:
+    return Pose(position=(row["x"], row["y"], row["z"]), rotation=(row["qw"], row["qx"], row["qy"], row["qz"]))
+
+
+def _mass(row: sqlite3.Row) -> MassProperties:
+    inertia = np.array(
+        [
+            [row["ixx"], row["ixy"], row["ixz"]],
+            [row["ixy"], row["iyy"], row["iyz"]],
+            [row["ixz"], row["iyz"], row["izz"]],
+        ]
+    )
+    return MassProperties(
+        mass=row["mass"],
+        com=np.array([row["com_x"], row["com_y"], row["com_z"]]),
+        inertia=inertia,
+        mass_provenance=row["mass_provenance"],
+        inertia_provenance=row["inertia_provenance"],
+    )
