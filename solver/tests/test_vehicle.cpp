@@ -79,3 +79,50 @@ TEST_CASE("a driven cart on flat soil: drawbar pull vanishes, and does not depen
   CHECK(slip[1] == doctest::Approx(slip[0]).epsilon(1e-3));
   CHECK(slip[2] == doctest::Approx(slip[0]).epsilon(1e-2));
 }
+
+TEST_CASE("the differential of a rocker-bogie holds while it drives over a slope, and both sides share the load") {
+  Model model;
+  model.rover = test::rocker_bogie();
+  model.terrain = test::plane_terrain(0.1, 6);
+  // One bump under the left side only, so that the rockers have to turn against each other.
+  HeightGrid& grid = model.terrain->grid;
+  for (int i = 0; i < grid.n_rows; ++i)
+    for (int j = 0; j < grid.n_cols; ++j)
+      if (grid.y_north - i > 0 && grid.x_west + j == 2) grid.heights[static_cast<std::size_t>(i * grid.n_cols + j)] += 0.15;
+  model.scenario = test::scenario(1.625, 1e-3, 20);
+  model.scenario.placement = Placement::on_terrain;
+  model.scenario.settle_time = 5;
+  for (std::size_t d = 0; d < model.rover.drives.size(); ++d)
+    if (model.rover.drives[d].mode == DriveMode::speed) model.scenario.commands.push_back({static_cast<int>(d), 0, 1.2});
+  Simulation simulation(model);
+  REQUIRE(simulation.settle() == Outcome::running);
+  double largest_angle = 0, largest_error = 0;
+  for (int k = 0; k < 20000; ++k) {
+    REQUIRE(simulation.step() == Outcome::running);
+    largest_error = std::max(largest_error, simulation.largest_differential_error());
+    if (k % 100 == 0) largest_angle = std::max(largest_angle, std::abs(simulation.snapshot().joints[0].position));
+  }
+  CHECK(largest_angle > 0.03);
+  // The constraint is linear in the joint angles and solved exactly: rounding only.
+  CHECK(largest_error < 1e-12);
+}
+
+TEST_CASE("leaving the map, sinking past the axle: outcomes with time, place and a hint") {
+  Model model = cart_model(0, 9.80665, 1e-3);
+  model.scenario.start_position.x() = 18.5;
+  for (int d = 0; d < 4; ++d) model.scenario.commands.push_back({d, 0.0, 5.0});
+  Simulation leaving(model);
+  leaving.settle();
+  Outcome outcome = Outcome::running;
+  for (int k = 0; k < 10000 && outcome == Outcome::running; ++k) outcome = leaving.step();
+  CHECK(outcome == Outcome::left_terrain);
+  CHECK(leaving.message().find("front_") != std::string::npos);
+  CHECK(leaving.step() == Outcome::left_terrain);  // and it stays so
+
+  Model soft = cart_model(0, 9.80665, 1e-3);
+  soft.terrain->soils[0].frictional_modulus = 500;
+  soft.terrain->soils[0].cohesive_modulus = 0;
+  soft.terrain->soils[0].cohesion = 0;
+  Simulation sinking(soft);
+  CHECK(sinking.settle() == Outcome::wheel_buried);
+}

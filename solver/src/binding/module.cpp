@@ -131,7 +131,7 @@ NB_MODULE(_solver, module) {
                      const auto p = s.mechanism().momentum();
                      return array({p.data(), p.data() + 6}, 1, 6);
                    },
-                   "Shape (1, 6): momentum [N s] and angular momentum about the origin of W [N m s].")
+                   nb::rv_policy::move, "Shape (1, 6): momentum [N s] and angular momentum about the origin of W [N m s].")
       .def_prop_ro("differential_error", &Simulation::largest_differential_error,
                    "Largest error of theta_a + theta_b = 2 theta_carrier over all differentials [rad].");
 }

@@ -19,6 +19,7 @@ using Eigen::VectorXd;
 // drive is effort h / weight, about 1e-8 rad/s, while the matrix stays well conditioned.
 constexpr double kRigidity = 1e7;
 constexpr double kLimitReturnSpeed = 1.0;  // [rad/s or m/s] largest speed at which a violated limit is restored
+constexpr double kSaturationTime = 0.5;    // [s] a drive at its limit for so long is worth an event; starting up is not
 constexpr double kRestSpeed = 1e-4;        // [m/s, rad/s] slower than this everywhere counts as settled
 constexpr double kLargestSpeed = 1e6;      // [m/s, rad/s] beyond this a state counts as diverged
 
@@ -248,11 +249,12 @@ void Simulation::account(double h, const VectorXd& before, const VectorXd& after
     if (state.row >= 0) {
       state.side = rows_[state.row].side;
       state.effort = impulse[state.row] / h;
-      const bool saturated = state.side != RowSide::free;
-      if (saturated && !state.saturated)
+      const double before_now = state.saturated_for;
+      state.saturated_for = state.side == RowSide::free ? 0 : state.saturated_for + h;
+      if (before_now < kSaturationTime && state.saturated_for >= kSaturationTime)
         note("drive_saturated", drive.name,
-             fmt::format("drive '{}' reached its largest effort of {:g} at t = {:.3f} s", drive.name, drive.max_torque, time()));
-      state.saturated = saturated;
+             fmt::format("drive '{}' was at its largest effort of {:g} for {:g} s until t = {:.3f} s", drive.name,
+                         drive.max_torque, kSaturationTime, time()));
     }
     // Exact for an impulse: the kinetic energy changes by the impulse times the mean of the speeds before and after.
     if (!holding_) state.work += state.effort * h * 0.5 * (before[dof] + after[dof]);

@@ -37,7 +37,7 @@ class Simulation {
     double set_value = 0;  // [rad/s, rad or N m]
     int row = -1;          // row in this step, -1 = none
     RowSide side = RowSide::free;
-    bool saturated = false;
+    double saturated_for = 0;  // [s] at its largest effort
     double effort = 0;     // [N m or N] of the last step
     double work = 0;       // [J] since t = 0
   };
