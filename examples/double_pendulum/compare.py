@@ -1,8 +1,8 @@
 """Question: how far is a model from CAD and nominal densities from the machine that its makers identified?
 
-Prints link masses, distances of the centres of mass from the joints, and inertias about the joints, beside the identified
-values of design C.1. They differ, since densities are nominal and cables, bearings and glue are not drawn: that is the
-point of stating measured masses in the sheet.
+Prints link masses, distances of the centres of mass from the joints, and inertias about the joints, beside the
+identified values of design C.1. They differ, since densities are nominal and cables, bearings and glue are not drawn:
+that is the point of stating measured masses in the sheet.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 
 
 def identified_values() -> dict[str, float]:
-    """The makers' identified parameters: masses m [kg], lengths l, centres r [m], inertias about the joints I [kg m^2]."""
+    """The makers' identified parameters: m [kg], lengths l, centres r [m], inertias about the joints I [kg m^2]."""
     text = expand("${RILLE_DATA}/data/cad/double_pendulum_identified_parameters.yml", HERE).read_text()
     return {key: float(value) for key, value in (line.split(":") for line in text.splitlines() if line.strip())}
 
@@ -42,12 +42,18 @@ def cad_values() -> dict[str, float]:
 def main() -> None:
     """Print the table."""
     identified, cad = identified_values(), cad_values()
-    meaning = {"m": "mass [kg]", "l": "length [m]", "r": "centre of mass from the joint [m]", "I": "inertia about the joint [kg m^2]"}
+    meaning = {
+        "m": "mass [kg]",
+        "l": "length [m]",
+        "r": "centre of mass from the joint [m]",
+        "I": "inertia about the joint [kg m^2]",
+    }
     print(f"{'quantity':<38} {'CAD':>9} {'identified':>11} {'difference':>11}")
     for link, number in (("upper link", 1), ("lower link", 2)):
         for symbol, text in meaning.items():
             key = f"{symbol}{number}"
-            print(f"{link + ': ' + text:<38} {cad[key]:9.4f} {identified[key]:11.4f} {100 * (cad[key] / identified[key] - 1):+10.1f} %")
+            difference = 100 * (cad[key] / identified[key] - 1)
+            print(f"{link + ': ' + text:<38} {cad[key]:9.4f} {identified[key]:11.4f} {difference:+10.1f} %")
 
 
 if __name__ == "__main__":

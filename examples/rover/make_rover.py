@@ -1,7 +1,7 @@
 """Question: how does a CAD assembly look that rille can drive?
 
-Draws a six-wheel rocker-bogie rover of the 140 kg class (Yutu, MER) in CadQuery and exports it as ``rover.step``. The sheet
-``rover.toml`` beside it says which parts move together and how. Run it again after changing a dimension:
+Draws a six-wheel rocker-bogie rover of the 140 kg class (Yutu, MER) in CadQuery and exports it as ``rover.step``. The
+sheet ``rover.toml`` beside it says which parts move together and how. Run it again after changing a dimension:
 
     .venv/bin/python examples/rover/make_rover.py
 """
@@ -66,15 +66,11 @@ def beam(start: tuple[float, float], end: tuple[float, float], y: float, height:
 
 
 def wheel() -> cq.Workplane:
-    """Rim with grousers, a dished disc with holes, and a hub that holds the drive; axle along y, centre at the origin."""
+    """Rim with grousers, a disc with holes, and a hub that holds the drive; axle along y, centre at the origin."""
     plane = cq.Workplane("XZ", origin=(0, WHEEL_WIDTH / 2, 0))
     rim = plane.circle(WHEEL_RADIUS).circle(WHEEL_RADIUS - 4).extrude(WHEEL_WIDTH)
     disc = (
-        cq.Workplane("XZ", origin=(0, 2.5, 0))
-        .circle(WHEEL_RADIUS - 2)
-        .polarArray(95, 0, 360, 8)
-        .circle(26)
-        .extrude(5)
+        cq.Workplane("XZ", origin=(0, 2.5, 0)).circle(WHEEL_RADIUS - 2).polarArray(95, 0, 360, 8).circle(26).extrude(5)
     )
     hub = cq.Workplane("XZ", origin=(0, 60, 0)).circle(34).extrude(120)
     shape = rim.union(disc).union(hub)
@@ -121,27 +117,29 @@ def joined(shapes: list[cq.Workplane]) -> cq.Workplane:
 
 
 def chassis() -> cq.Assembly:
-    """Body box with deck, differential bar, mast with camera head, and antenna."""
-    body = box(860, 560, 290, (0, 0, 600), 40)
+    """Body box with deck, mast with camera head, and antenna; the differential gear is on the shaft inside."""
+    body = box(860, 560, 290, (0, 0, 530), 40)
     pivots = rod(30, (0, -325, ROCKER_PIVOT_Z), (0, 325, ROCKER_PIVOT_Z))
-    panel = box(1040, 760, 18, (-20, 0, 762), 30)
+    panel = box(1040, 640, 18, (-20, 0, 692), 30)
+    bare = [(4, 1), (0, 1)]  # mast and antenna stand there
     cells = [
-        box(185, 225, 6, (-20 + 205 * (i - 2), 240 * (j - 1), 774)) for i in range(5) for j in range(3) if (i, j) != (4, 1)
+        box(185, 190, 6, (-20 + 205 * (i - 2), 205 * (j - 1), 704))
+        for i in range(5)
+        for j in range(3)
+        if (i, j) not in bare
     ]
-    bar = box(46, 640, 30, (-330, 0, 800), 10).union(rod(30, (-330, 0, 771), (-330, 0, 815)))
-    mast = rod(24, (380, 0, 745), (380, 0, 1330)).union(rod(42, (380, 0, 771), (380, 0, 830)))
-    head = box(110, 290, 105, (395, 0, 1375), 14)
-    eyes = rod(30, (440, 90, 1378), (462, 90, 1378)).union(rod(30, (440, -90, 1378), (462, -90, 1378)))
-    dish = cq.Workplane(obj=cq.Solid.makeCone(20, 150, 60, cq.Vector(-300, 190, 930), cq.Vector(-0.35, 0.2, 0.9)))
-    stem = rod(12, (-300, 190, 745), (-300, 190, 945))
-    fronts = rod(26, (425, 150, 640), (445, 150, 640)).union(rod(26, (425, -150, 640), (445, -150, 640)))
+    mast = rod(24, (390, 0, 675), (390, 0, 1260)).union(rod(42, (390, 0, 701), (390, 0, 760)))
+    head = box(110, 290, 105, (405, 0, 1305), 14)
+    eyes = rod(30, (450, 90, 1308), (472, 90, 1308)).union(rod(30, (450, -90, 1308), (472, -90, 1308)))
+    dish = cq.Workplane(obj=cq.Solid.makeCone(20, 150, 60, cq.Vector(-430, 0, 880), cq.Vector(-0.35, 0, 0.9)))
+    stem = rod(12, (-430, 0, 675), (-430, 0, 890))
+    fronts = rod(26, (425, 150, 570), (445, 150, 570)).union(rod(26, (425, -150, 570), (445, -150, 570)))
     return (
         cq.Assembly(name="chassis")
         .add(body, name="body", color=GOLD)
         .add(pivots, name="pivot_shaft", color=GREY)
         .add(panel, name="deck", color=WHITE)
         .add(joined(cells), name="solar_cells", color=BLUE)
-        .add(bar, name="differential_bar", color=GREY)
         .add(mast, name="mast", color=WHITE)
         .add(head, name="camera_head", color=WHITE)
         .add(eyes, name="stereo_cameras", color=BLACK)

@@ -2,7 +2,7 @@
 
 import fnmatch
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rille import __version__
 from rille.cad.geometry import VolumeProperties, brep_hash, tessellate, volume_properties
 from rille.cad.masses import body_properties, density_of, part_properties, positive_mass
-from rille.cad.sheet import RoverSheet
 from rille.cad.shapes import body_shape, wheel_shape
+from rille.cad.sheet import RoverSheet
 from rille.cad.step_reader import Assembly, PlacedPart, read_step
 from rille.model import (
     Body,
@@ -28,11 +28,10 @@ from rille.model import (
     PartInstance,
     Pose,
     Rover,
-    Wheel,
     nearest_names,
 )
 from rille.model.quantity import to_si
-from rille.model.rover import Vector
+from rille.model.rover import Vector, Wheel
 from rille.model.sheet import expand, read_sheet, source_of
 
 Matrix = NDArray[np.float64]
@@ -73,9 +72,10 @@ def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) 
     say("assigning parts to bodies", 0.3)
     owner = _assign(assembly, page)
     used = sorted({assembly.instances[i].prototype for i in owner})
+    _check_part_rules([assembly.prototypes[index].name for index in used], page)
     volumes: dict[int, VolumeProperties] = {}
     parts: dict[int, Part] = {}
-    tolerance = to_si(page.tolerance, "length", "tolerance of the sheet")
+    tolerance = _positive(page.tolerance, "length", "tolerance of the sheet")
     for count, index in enumerate(used):
         say(f"weighing and meshing {assembly.prototypes[index].name}", 0.3 + 0.6 * count / len(used))
         volumes[index] = volume_properties(assembly.prototypes[index].shape)
@@ -84,7 +84,9 @@ def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) 
     rover = _Mechanism(page, assembly, owner, parts).rover()
     sources = (source_of(sheet, "rover", f"rille {__version__}"), source_of(step_file, "rover", f"rille {__version__}"))
     say("done", 1.0)
-    return Rover(**{name: getattr(rover, name) for name in Rover.__dataclass_fields__ if name != "sources"}, sources=sources)
+    return Rover(
+        **{name: getattr(rover, name) for name in Rover.__dataclass_fields__ if name != "sources"}, sources=sources
+    )
 
 
 def _matches(path: str, pattern: str) -> bool:
@@ -96,7 +98,9 @@ def _select(assembly: Assembly, pattern: str, subject: str) -> list[int]:
     found = [i for i, instance in enumerate(assembly.instances) if _matches(instance.path, pattern)]
     if not found:
         paths = [instance.path for instance in assembly.instances]
-        raise InputRefused(f"{subject} names the part '{pattern}', which the assembly does not have; {nearest_names(pattern, paths)}")
+        raise InputRefused(
+            f"{subject} names the part '{pattern}', which the assembly does not have; {nearest_names(pattern, paths)}"
+        )
     return found
 
 
@@ -117,7 +121,9 @@ def _moved(assembly: Assembly, page: RoverSheet) -> Assembly:
         instances.append(
             PlacedPart(path=instance.path, prototype=instance.prototype, matrix=up @ matrix, color=instance.color)
         )
-    return Assembly(file=assembly.file, prototypes=assembly.prototypes, instances=tuple(instances), notes=assembly.notes)
+    return Assembly(
+        file=assembly.file, prototypes=assembly.prototypes, instances=tuple(instances), notes=assembly.notes
+    )
 
 
 def _assign(assembly: Assembly, page: RoverSheet) -> dict[int, str]:
@@ -133,7 +139,9 @@ def _assign(assembly: Assembly, page: RoverSheet) -> dict[int, str]:
                 if index in ignored:
                     continue
                 if owner.get(index, body.name) != body.name:
-                    raise InputRefused(f"instance '{path}' belongs to body '{owner[index]}' and to body '{body.name}'; narrow a pattern")
+                    raise InputRefused(
+                        f"instance '{path}' belongs to bodies '{owner[index]}' and '{body.name}'; narrow a pattern"
+                    )
                 owner[index] = body.name
     free = [instance.path for i, instance in enumerate(assembly.instances) if i not in owner and i not in ignored]
     if free:
@@ -142,9 +150,25 @@ def _assign(assembly: Assembly, page: RoverSheet) -> dict[int, str]:
     return owner
 
 
+def _check_part_rules(names: list[str], page: RoverSheet) -> None:
+    """Every [[part]] must match a prototype in use: a rule that does nothing is a misspelt one."""
+    for rule in page.part:
+        if not any(fnmatch.fnmatchcase(name, rule.match) for name in names):
+            raise InputRefused(
+                f"a [[part]] names the part '{rule.match}', which no body uses; {nearest_names(rule.match, names)}"
+            )
+
+
+def _positive(value: float | int | str, kind: str, what: str) -> float:
+    number = to_si(value, kind, what)
+    if number <= 0:
+        raise InputRefused(f"{what} is {number:g}; it must be above 0")
+    return number
+
+
 def _part(assembly: Assembly, index: int, volume: VolumeProperties, page: RoverSheet, tolerance: float) -> Part:
     prototype = assembly.prototypes[index]
-    properties, material = part_properties(prototype.name, volume, page)
+    properties, material = part_properties(prototype.name, volume, page, prototype.material)
     digest = brep_hash(prototype.shape)
     mesh = tessellate(prototype.shape, tolerance)
     color = prototype.color or next((i.color for i in assembly.instances if i.prototype == index and i.color), None)
@@ -195,9 +219,7 @@ class _Mechanism:
 
     def rover(self) -> Rover:
         self._unique(self.bodies, "body")
-        materials = tuple(
-            Material(name=m.name, density=density_of(m.name, "the sheet", self.page), source=m.source) for m in self.page.material
-        )
+        self._unique([m.name for m in self.page.material], "material")
         self._read_joints()
         wheels = self._wheels()
         bodies = tuple(self._body(body.name) for body in self.page.body)
@@ -209,7 +231,7 @@ class _Mechanism:
             for name in self.bodies
         )
         return Rover(
-            materials=materials,
+            materials=self._materials(),
             parts=tuple(self.parts.values()),
             instances=tuple(
                 PartInstance(
@@ -225,36 +247,34 @@ class _Mechanism:
             collision_shapes=shapes,
             joints=tuple(self.joints.values()),
             drives=self._drives(),
-            differentials=tuple(
-                Differential(
-                    name=d.name,
-                    carrier=self._known(d.carrier, self.bodies, "body", f"differential '{d.name}'"),
-                    joint_a=self._known(d.joint_a, self.joints, "joint", f"differential '{d.name}'"),
-                    joint_b=self._known(d.joint_b, self.joints, "joint", f"differential '{d.name}'"),
-                )
-                for d in self.page.differential
-            ),
-            gears=tuple(
-                Gear(
-                    name=g.name,
-                    joint_a=self._known(g.joint_a, self.joints, "joint", f"gear '{g.name}'"),
-                    joint_b=self._known(g.joint_b, self.joints, "joint", f"gear '{g.name}'"),
-                    ratio=to_si(g.ratio, "dimensionless", f"ratio of gear '{g.name}'"),
-                )
-                for g in self.page.gear
-            ),
+            differentials=self._differentials(),
+            gears=self._gears(),
             wheels=wheels,
         )
+
+    def _materials(self) -> tuple[Material, ...]:
+        """Materials of the sheet, and those of the CAD file that weigh a part."""
+        stated = [
+            Material(name=m.name, density=density_of(m.name, "the sheet", self.page), source=m.source)
+            for m in self.page.material
+        ]
+        found = {
+            p.material.name: p.material for i in self.parts if (p := self.assembly.prototypes[i]).material is not None
+        }
+        used = {part.material for part in self.parts.values()} - {m.name for m in stated}
+        return (*stated, *(found[name] for name in sorted(set(found) & used)))
 
     def _unique(self, names: list[str], what: str) -> None:
         for name in names:
             if names.count(name) > 1:
                 raise InputRefused(f"the sheet has {names.count(name)} {what}s called '{name}'; give each its own name")
 
-    def _known(self, name: str, known: object, what: str, subject: str) -> str:
-        names = list(known)  # type: ignore[call-overload]
+    def _known(self, name: str, known: Iterable[str], what: str, subject: str) -> str:
+        names = list(known)
         if name not in names:
-            raise InputRefused(f"{subject} names the {what} '{name}', which is not on the sheet; {nearest_names(name, names)}")
+            raise InputRefused(
+                f"{subject} names the {what} '{name}', which is not on the sheet; {nearest_names(name, names)}"
+            )
         return name
 
     def _point(self, values: list[float | int | str], what: str) -> Vector:
@@ -296,7 +316,9 @@ class _Mechanism:
             child = self._known(joint.child, self.bodies, "body", subject)
             other = next((j for j in self.joints.values() if j.child == child), None)
             if other is not None:
-                raise InputRefused(f"body '{child}' is the child of joint '{other.name}' and of {subject}; a body has one carrier")
+                raise InputRefused(
+                    f"body '{child}' is the child of joint '{other.name}' and of {subject}; a body has one carrier"
+                )
             self.joints[joint.name] = Joint(
                 name=joint.name,
                 kind=joint.kind,
@@ -314,13 +336,52 @@ class _Mechanism:
             seen, at = [body], carrier.get(body)
             while at is not None:
                 if at in seen:
-                    raise InputRefused(f"body '{body}' is carried by a circle of joints ({' <- '.join([*seen, at])}); cut one")
+                    raise InputRefused(
+                        f"body '{body}' is carried by a circle of joints ({' <- '.join([*seen, at])}); cut one"
+                    )
                 seen.append(at)
                 at = carrier.get(at)
         roots = [body for body in self.bodies if body not in carrier]
         held = [j.child for j in self.joints.values() if j.parent is None]
         if len(roots) > 1 or (roots and held):
-            raise InputRefused(f"bodies {', '.join(repr(b) for b in [*roots, *held])} are not joined to each other; add a [[joint]]")
+            raise InputRefused(
+                f"bodies {', '.join(repr(b) for b in [*roots, *held])} are not joined to each other; add a [[joint]]"
+            )
+
+    def _differentials(self) -> tuple[Differential, ...]:
+        for d in self.page.differential:
+            subject = f"differential '{d.name}'"
+            carrier = self._known(d.carrier, self.bodies, "body", subject)
+            a, b = (self.joints[self._known(name, self.joints, "joint", subject)] for name in (d.joint_a, d.joint_b))
+            if a is b:
+                raise InputRefused(f"{subject} names the joint '{a.name}' twice; name the hinges of its two inputs")
+            for joint in (a, b):
+                if joint.kind != "hinge" or joint.parent != carrier:
+                    raise InputRefused(
+                        f"{subject} needs hinges on its carrier '{carrier}'; "
+                        f"joint '{joint.name}' is {joint.kind} on '{joint.parent}'"
+                    )
+            if abs(abs(float(np.dot(a.axis, b.axis))) - 1) > 1e-6:
+                raise InputRefused(f"{subject} needs parallel hinges; the axes of '{a.name}' and '{b.name}' are not")
+        self._unique([d.name for d in self.page.differential], "differential")
+        return tuple(
+            Differential(name=d.name, carrier=d.carrier, joint_a=d.joint_a, joint_b=d.joint_b)
+            for d in self.page.differential
+        )
+
+    def _gears(self) -> tuple[Gear, ...]:
+        gears = []
+        for g in self.page.gear:
+            subject = f"gear '{g.name}'"
+            a, b = (self._known(name, self.joints, "joint", subject) for name in (g.joint_a, g.joint_b))
+            ratio = to_si(g.ratio, "dimensionless", f"ratio of {subject}")
+            if a == b or ratio == 0:
+                raise InputRefused(
+                    f"{subject} has ratio {ratio:g} between '{a}' and '{b}'; give two joints and a ratio other than 0"
+                )
+            gears.append(Gear(name=g.name, joint_a=a, joint_b=b, ratio=ratio))
+        self._unique([gear.name for gear in gears], "gear")
+        return tuple(gears)
 
     def _drives(self) -> tuple[Drive, ...]:
         drives = []
@@ -329,19 +390,20 @@ class _Mechanism:
             subject = f"drive '{name}'"
             joint = self.joints[self._known(drive.joint, self.joints, "joint", subject)]
             if joint.kind not in ("hinge", "prismatic"):
-                raise InputRefused(f"{subject} acts on joint '{joint.name}', which is {joint.kind}; drives move hinges and prismatic joints")
+                raise InputRefused(
+                    f"{subject} acts on joint '{joint.name}', which is {joint.kind}; use a hinge or prismatic joint"
+                )
             effort, speed = ("N", "m/s") if joint.kind == "prismatic" else ("N m", "rad/s")
-            max_torque = to_si(drive.max_torque, effort, f"max_torque of {subject}")
-            if max_torque <= 0:
-                raise InputRefused(f"max_torque of {subject} is {max_torque:g} {effort}; it must be above 0")
             drives.append(
                 Drive(
                     name=name,
                     joint=joint.name,
                     mode=drive.mode,
-                    max_torque=max_torque,
-                    max_speed=None if drive.max_speed is None else to_si(drive.max_speed, speed, f"max_speed of {subject}"),
-                    position_gain=to_si(drive.position_gain, "1/s", f"position_gain of {subject}"),
+                    max_torque=_positive(drive.max_torque, effort, f"max_torque of {subject}"),
+                    max_speed=None
+                    if drive.max_speed is None
+                    else _positive(drive.max_speed, speed, f"max_speed of {subject}"),
+                    position_gain=_positive(drive.position_gain, "1/s", f"position_gain of {subject}"),
                 )
             )
         self._unique([drive.name for drive in drives], "drive")
@@ -354,17 +416,16 @@ class _Mechanism:
             subject = f"wheel '{name}'"
             joint = self.joints[self._known(wheel.joint, self.joints, "joint", subject)]
             if joint.kind != "hinge":
-                raise InputRefused(f"{subject} turns on joint '{joint.name}', which is {joint.kind}; a wheel needs a hinge")
-            size = {key: to_si(getattr(wheel, key), "length", f"{key} of {subject}") for key in ("radius", "width")}
-            for key, value in size.items():
-                if value <= 0:
-                    raise InputRefused(f"{key} of {subject} is {value:g} m; it must be above 0")
+                raise InputRefused(
+                    f"{subject} turns on joint '{joint.name}', which is {joint.kind}; a wheel needs a hinge"
+                )
+            size = {key: _positive(getattr(wheel, key), "length", f"{key} of {subject}") for key in ("radius", "width")}
             grouser = None
             if wheel.grousers is not None:
                 grouser = Grouser(
                     count=wheel.grousers.count,
-                    height=to_si(wheel.grousers.height, "length", f"grouser height of {subject}"),
-                    thickness=to_si(wheel.grousers.thickness, "length", f"grouser thickness of {subject}"),
+                    height=_positive(wheel.grousers.height, "length", f"grouser height of {subject}"),
+                    thickness=_positive(wheel.grousers.thickness, "length", f"grouser thickness of {subject}"),
                 )
             materials = [m.name for m in self.page.material]
             wheels.append(
@@ -372,7 +433,9 @@ class _Mechanism:
                     name=name,
                     joint=joint.name,
                     center=joint.point if wheel.center is None else self._point(wheel.center, f"center of {subject}"),
-                    material=None if wheel.material is None else self._known(wheel.material, materials, "material", subject),
+                    material=None
+                    if wheel.material is None
+                    else self._known(wheel.material, materials, "material", subject),
                     grouser=grouser,
                     **size,
                 )
@@ -396,5 +459,7 @@ def _limit(kind: str, lower: object, upper: object, subject: str) -> JointLimit 
     quantity = "angle" if kind == "hinge" else "length"
     low, high = (to_si(v, quantity, f"limit of {subject}") for v in (lower, upper))
     if low >= high:
-        raise InputRefused(f"{subject} has the lower limit {low:g} and the upper limit {high:g}; lower must be below upper")
+        raise InputRefused(
+            f"{subject} has the lower limit {low:g} and the upper limit {high:g}; lower must be below upper"
+        )
     return JointLimit(lower=low, upper=high)

@@ -1,5 +1,8 @@
 """Exact geometry of one B-rep shape: mass properties, digest, tessellation. Lengths leave this module in metres."""
 
+# The compiled module OCP has no type stubs that pyright can follow.
+# pyright: reportAttributeAccessIssue=false, reportMissingModuleSource=false, reportMissingImports=false
+
 import hashlib
 import io
 from dataclasses import dataclass
@@ -83,11 +86,11 @@ def compose(
 
 
 def brep_hash(shape: Any) -> str:
-    """SHA-256 of the binary B-rep. Take it before tessellation, which adds triangles to the shape."""
-    from OCP.BinTools import BinTools
+    """SHA-256 of the binary B-rep, without triangles. Take it before tessellation, which changes the B-rep."""
+    from OCP.BinTools import BinTools, BinTools_FormatVersion
 
     stream = io.BytesIO()
-    BinTools.Write_s(shape, stream)
+    BinTools.Write_s(shape, stream, False, False, BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4)
     return hashlib.sha256(stream.getvalue()).hexdigest()
 
 
@@ -100,7 +103,8 @@ def tessellate(shape: Any, tolerance: float) -> Mesh | None:
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
-    BRepMesh_IncrementalMesh(shape, tolerance / MM, False, 0.35, False)
+    # OCCT overshoots the deflection it is asked for (by 1.55 at the poles of a sphere): ask for half.
+    BRepMesh_IncrementalMesh(shape, 0.5 * tolerance / MM, False, 0.35, False)
     vertices: list[tuple[float, float, float]] = []
     triangles: list[tuple[int, int, int]] = []
     explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
@@ -125,5 +129,7 @@ def tessellate(shape: Any, tolerance: float) -> Mesh | None:
     if not triangles:
         return None
     return Mesh(
-        vertices=np.array(vertices, np.float32) * np.float32(MM), triangles=np.array(triangles, np.int32), tolerance=tolerance
+        vertices=np.array(vertices, np.float32) * np.float32(MM),
+        triangles=np.array(triangles, np.int32),
+        tolerance=tolerance,
     )

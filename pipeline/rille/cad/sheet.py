@@ -1,4 +1,4 @@
-"""The sheet ``rover.toml``: what a STEP file cannot say. Points, axes and poses are given in the frame of the STEP file."""
+"""The sheet ``rover.toml``: what a STEP file cannot say. Points and axes are in the frame of the STEP file."""
 
 from typing import Literal
 
@@ -120,13 +120,13 @@ class RoverSheet(Sheet):
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = "z"
     tolerance: Number = "0.5 mm"
     default_material: str | None = None
-    ignore: list[str] = []
-    material: list[MaterialSheet] = []
-    part: list[PartSheet] = []
-    move: list[MoveSheet] = []
+    ignore: list[str] = Field(default_factory=list)
+    material: list[MaterialSheet] = Field(default_factory=list)
+    part: list[PartSheet] = Field(default_factory=list)
+    move: list[MoveSheet] = Field(default_factory=list)
     body: list[BodySheet] = Field(min_length=1)
-    joint: list[JointSheet] = []
-    drive: list[DriveSheet] = []
-    differential: list[DifferentialSheet] = []
-    gear: list[GearSheet] = []
-    wheel: list[WheelSheet] = []
+    joint: list[JointSheet] = Field(default_factory=list)
+    drive: list[DriveSheet] = Field(default_factory=list)
+    differential: list[DifferentialSheet] = Field(default_factory=list)
+    gear: list[GearSheet] = Field(default_factory=list)
+    wheel: list[WheelSheet] = Field(default_factory=list)

@@ -1,8 +1,11 @@
 """STEP files -> prototypes and placed instances, through OCCT's document model (XCAF).
 
-Prototypes are read once and keyed by their label, so a sub-assembly that is used twice shares its parts; every instance has
-a path such as ``rover/rocker_left/wheel_front`` that is unique even where names repeat.
+Prototypes are read once and keyed by their label, so a sub-assembly that is used twice shares its parts; every instance
+has a path such as ``rover/rocker_left/wheel_front`` that is unique even where names repeat.
 """
+
+# The compiled module OCP has no type stubs that pyright can follow.
+# pyright: reportAttributeAccessIssue=false, reportMissingModuleSource=false, reportMissingImports=false
 
 import re
 from collections import Counter
@@ -14,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.geometry import MM, solids
-from rille.model import InputRefused
+from rille.model import InputRefused, Material
 
 # Names that exporters invent for occurrences; the product's own name says more.
 _INVENTED = re.compile(r"^(NAUO\d*|=>.*|NEXT_ASSEMBLY_USAGE.*|\d+|COMPOUND|SOLID|SHELL)?$", re.IGNORECASE)
@@ -22,12 +25,16 @@ _INVENTED = re.compile(r"^(NAUO\d*|=>.*|NEXT_ASSEMBLY_USAGE.*|\d+|COMPOUND|SOLID
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prototype:
-    """A part as drawn once. shape : TopoDS_Shape in its own frame, millimetres. color : ``#rrggbb`` or None."""
+    """A part as drawn once.
+
+    shape : TopoDS_Shape in its own frame, millimetres. color : ``#rrggbb`` or None. material : as the file states it.
+    """
 
     name: str
     shape: Any
     n_solids: int
     color: str | None = None
+    material: Material | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,8 +62,8 @@ def read_step(path: Path) -> Assembly:
 
     Raises
     ------
-    InputRefused : for a missing file, a file that is no STEP, a file without any solid, and a mirrored instance (a rigid body
-        cannot be mirrored by moving it: mirror the shape in CAD).
+    InputRefused : for a missing file, a file that is no STEP, a file without any solid, and a mirrored instance (a
+        rigid body cannot be mirrored by moving it: mirror the shape in CAD).
     """
     path = Path(path)
     if not path.is_file():
@@ -64,7 +71,16 @@ def read_step(path: Path) -> Assembly:
     with path.open("rb") as file:
         if b"ISO-10303-21" not in file.read(4096):
             raise InputRefused(f"'{path}' is not a STEP file: it does not begin with ISO-10303-21")
-    document = _load(path)
+    return read_document(_load(path), path)
+
+
+def read_document(document: Any, path: Path) -> Assembly:
+    """Walk an XCAF document (TDocStd_Document), for example of a CadQuery assembly; ``path`` names it in sentences.
+
+    Raises
+    ------
+    InputRefused : as :func:`read_step`.
+    """
     reader = _Reader(path, document)
     reader.visit_roots()
     if not any(p.n_solids for p in reader.prototypes):
@@ -162,10 +178,18 @@ class _Reader:
             n_solids = len(solids(own))
             name = _unique(_name_of(label) or self.path.stem, self._names)
             if n_solids == 0:
-                self.notes.append(f"part '{name}' has no solid (free shells or curves): it has no mass and is only seen")
+                self.notes.append(
+                    f"part '{name}' has no solid (free shells or curves): it has no mass and is only seen"
+                )
             self._index[key] = len(self.prototypes)
             self.prototypes.append(
-                Prototype(name=name, shape=own, n_solids=n_solids, color=self._color(label) or self._face_color(own))
+                Prototype(
+                    name=name,
+                    shape=own,
+                    n_solids=n_solids,
+                    color=self._color(label) or self._face_color(own),
+                    material=_material_of(label),
+                )
             )
         root = _matrix(shape.Location(), path)  # a part at the root may carry a location of its own
         self.instances.append(PlacedPart(path=path, prototype=self._index[key], matrix=matrix @ root, color=color))
@@ -198,6 +222,22 @@ class _Reader:
         return None
 
 
+def _material_of(label: Any) -> Material | None:
+    """Material of a shape label. OCCT normalises densities of files to g/mm^3, whatever their unit."""
+    from OCP.TDataStd import TDataStd_TreeNode
+    from OCP.XCAFDoc import XCAFDoc, XCAFDoc_Material, XCAFDoc_MaterialTool
+
+    density = XCAFDoc_MaterialTool.GetDensityForShape_s(label) * 1e6
+    node, material = TDataStd_TreeNode(), XCAFDoc_Material()
+    if density <= 0 or not label.IsAttribute(XCAFDoc.MaterialRefGUID_s()):
+        return None
+    if not label.FindAttribute(XCAFDoc.MaterialRefGUID_s(), node) or not node.HasFather():
+        return None
+    if not node.Father().Label().FindAttribute(XCAFDoc_Material.GetID_s(), material):
+        return None
+    return Material(name=material.GetName().ToCString(), density=density, provenance="cad_material", source="STEP file")
+
+
 def _hex(color: Any) -> str:
     from OCP.Quantity import Quantity_TypeOfColor
 
@@ -209,7 +249,8 @@ def _name_of(label: Any) -> str:
     from OCP.TDataStd import TDataStd_Name
 
     name = TDataStd_Name()
-    if not label.FindAttribute(TDataStd_Name.GetID_s(), name):
+    # FindAttribute of an absent attribute crashes in these bindings: ask first.
+    if not label.IsAttribute(TDataStd_Name.GetID_s()) or not label.FindAttribute(TDataStd_Name.GetID_s(), name):
         return ""
     return name.Get().ToExtString().strip().replace("/", "_")
 
@@ -228,10 +269,12 @@ def _matrix(location: Any, path: str) -> NDArray[np.float64]:
     determinant = np.linalg.det(matrix[:3, :3])
     if determinant < 0:
         raise InputRefused(
-            f"instance '{path}' is placed by a mirror (determinant {determinant:.3g}); a rigid body cannot be mirrored by "
-            "moving it: mirror the shape in CAD and export it as a part of its own"
+            f"instance '{path}' is placed by a mirror (determinant {determinant:.3g}); a rigid body cannot be mirrored "
+            "by moving it: mirror the shape in CAD and export it as a part of its own"
         )
     if abs(determinant - 1) > 1e-6:
-        raise InputRefused(f"instance '{path}' is placed with a scale ({determinant:.6g} in volume); scale the shape in CAD")
+        raise InputRefused(
+            f"instance '{path}' is placed with a scale ({determinant:.6g} in volume); scale the shape in CAD"
+        )
     matrix[:3, 3] *= MM
     return matrix
