@@ -1,0 +1,57 @@
+"""``rille cad``: from assembly to model."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rille.cli.talk import Force, Json, print_json, progress, say
+
+app = typer.Typer(no_args_is_help=True, help="From a STEP assembly and a sheet to a model.\n\nExample: rille cad build rover.toml -o rover.db")
+
+
+@app.command("build")
+def build(
+    sheet: Annotated[Path, typer.Argument(help="Sheet (TOML) that names the STEP file, bodies, joints, drives, wheels.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Database; made if absent, else its rover is replaced.")] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Build a mechanism from a sheet and its STEP file into a database.
+
+    Example: rille cad build examples/rover/rover.toml -o rover.db
+    """
+    from rille import cad, store
+
+    target = output or sheet.with_suffix(".db")
+    with progress(f"building {sheet.name}") as update:
+        rover = cad.build(sheet, progress=update)
+    if not target.exists():
+        store.create(target)
+    store.write_rover(target, rover, replace=force)
+    bodies = [
+        {
+            "body": body.name,
+            "mass_kg": body.properties.mass,
+            "com_m": body.properties.com.tolist(),
+            "mass_from": body.properties.mass_provenance,
+            "inertia_from": body.properties.inertia_provenance,
+        }
+        for body in rover.bodies
+    ]
+    total = sum(body.properties.mass for body in rover.bodies)
+    if as_json:
+        print_json({"database": str(target), "total_mass_kg": total, "bodies": bodies})
+        return
+    _table(bodies)
+    say(
+        f"{target}: {len(rover.parts)} parts, {len(rover.instances)} instances, {len(rover.bodies)} bodies, {len(rover.joints)} joints, "
+        f"{len(rover.wheels)} wheels, {total:.2f} kg"
+    )
+
+
+def _table(bodies: list[dict]) -> None:
+    print(f"{'body':<24} {'mass [kg]':>10}  {'centre of mass [m]':^26}  mass from")
+    for row in bodies:
+        center = " ".join(f"{v:8.4f}" for v in row["com_m"])
+        print(f"{row['body']:<24} {row['mass_kg']:10.4f}  {center}  {row['mass_from']}")

@@ -1,0 +1,71 @@
+"""The verbs, and the one place that turns outcomes into exit codes and sentences."""
+
+import os
+import sys
+
+import typer
+
+from rille import __version__
+from rille.cli import cad, db, run, terrain, view
+from rille.model import InputRefused, PhysicsFailed
+
+DONE, BUG, USAGE, REFUSED, PHYSICS, INTERRUPTED = 0, 1, 2, 3, 4, 130
+
+app = typer.Typer(
+    name="rille",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="Planetary-rover simulation: CAD assembly + terrain -> one SQLite database -> solver -> results.\n\n"
+    "Example: rille cad build examples/rover/rover.toml -o rover.db",
+)
+app.add_typer(cad.app, name="cad")
+app.add_typer(terrain.app, name="terrain")
+app.command("run")(run.run)
+app.command("view")(view.view)
+app.add_typer(db.app, name="db")
+
+
+@app.command("version")
+def version() -> None:
+    """Print the version.
+
+    Example: rille version
+    """
+    print(__version__)
+
+
+def main() -> None:
+    """Run the command line and exit: 0 done, 1 our bug, 2 usage, 3 input refused, 4 physics did not converge, 130 interrupted."""
+    sys.exit(_run())
+
+
+def _run() -> int:
+    try:
+        result = app(standalone_mode=False)
+        return result if isinstance(result, int) else DONE
+    except InputRefused as refusal:
+        return _say(str(refusal), REFUSED)
+    except PhysicsFailed as failure:
+        return _say(str(failure), PHYSICS)
+    except (KeyboardInterrupt, typer.Abort):
+        return _say("interrupted; what was written before is complete", INTERRUPTED)
+    except typer.Exit as ended:
+        return ended.exit_code
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the reader left; nothing more to say
+        return DONE
+    except Exception as error:
+        show = getattr(error, "show", None)  # click's usage errors know how to print themselves
+        if show is not None:
+            show()
+            return USAGE
+        if os.environ.get("RILLE_DEBUG"):
+            raise
+        return _say(f"unexpected {type(error).__name__}: {error}; this is a bug of rille (RILLE_DEBUG=1 shows where)", BUG)
+
+
+def _say(sentence: str, code: int) -> int:
+    print(f"rille: {sentence}", file=sys.stderr)
+    return code

@@ -1,0 +1,75 @@
+"""``rille run``: simulate."""
+
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rille.cli.talk import Force, Json, print_json, progress, say
+
+
+def run(
+    database: Annotated[Path, typer.Argument(help="Database with the model.")],
+    scenario: Annotated[str | None, typer.Option(help="Scenario file (TOML), or the name of a scenario in the database.")] = None,
+    step: Annotated[float | None, typer.Option(help="Time step [s] instead of the scenario's.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated time [s] instead of the scenario's.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Copy the model to this new file and write the results there.")] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> int:
+    """Simulate a scenario; results go into the database while it runs. Ctrl-C keeps what was computed.
+
+    Example: rille run rover.db --scenario examples/first_drive/traverse.toml
+    """
+    from rille import simulate, store, view
+
+    if out is not None:
+        database = _copied(database, out)
+    name = scenario
+    if scenario is not None and scenario.endswith(".toml"):
+        rover = store.read_rover(database)
+        sheet = simulate.read_scenario_file(Path(scenario), {drive.name: drive.mode for drive in rover.drives})
+        store.write_scenario(database, sheet, replace=force)
+        name = sheet.name
+    with progress("simulating") as update:
+        result = simulate.run(
+            database,
+            scenario=name,
+            step=step,
+            duration=duration,
+            on_progress=lambda time, total: update(f"t = {time:.1f} s of {total:g} s", time / total),
+        )
+    trace = store.read_trace(database, result.run_id)
+    summary = view.summary(trace, store.read_rover(database))
+    if as_json:
+        facts = {field: getattr(result, field) for field in result.__dataclass_fields__}
+        print_json({"database": str(database), **facts, "summary": summary.as_dict()})
+    else:
+        for line in summary.lines():
+            print(line)
+        print(f"real-time factor {result.real_time_factor:.0f} ({result.steps} steps of {trace.step:g} s in {result.wall:.2f} s)")
+        shown = [event for event in trace.events if event.kind != result.status]
+        for event in shown[:10]:
+            say(f"event at {event.time:.3f} s: {event.message}")
+        if len(shown) > 10:
+            say(f"and {len(shown) - 10} more events (table event)")
+        say(f"run {result.run_id} of scenario '{result.scenario}' is in {database}")
+    if result.status == "done":
+        return 0
+    say(f"rille: {result.message}")
+    return 130 if result.status == "interrupted" else 4
+
+
+def _copied(database: Path, out: Path) -> Path:
+    """A copy of the model in a new file; the original is only read."""
+    from rille import store
+    from rille.model import InputRefused
+
+    store.info(database)  # refuses what is no database of rille before anything is made
+    if out.exists():
+        raise InputRefused(f"'{out}' exists already; choose another name for --out or remove it")
+    if not out.parent.is_dir():
+        raise InputRefused(f"the folder '{out.parent}' of --out does not exist; create it first")
+    shutil.copyfile(database, out)
+    return out

@@ -1,0 +1,159 @@
+"""What is in the 3-D pictures, and where the camera stands."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import Rover, Terrain, Trace
+from rille.view.drawing import Camera, Drawing, Item
+from rille.view.ground import Patch, colors, crop
+from rille.view.pose import rotation_matrix, to_world
+
+Array = NDArray[np.float64]
+
+
+def machine_items(rover: Rover, trace: Trace, index: int, opacity: float = 1.0) -> list[Item]:
+    """All visual meshes of the rover at stored time ``index``."""
+    parts = {part.name: part for part in rover.parts}
+    bodies = {body.name: body for body in rover.bodies}
+    traces = {body.name: body for body in trace.bodies}
+    items = []
+    for instance in rover.instances:
+        if instance.body not in traces:
+            continue
+        part = parts[instance.part]
+        for mesh in part.meshes:
+            if mesh.purpose == "visual":
+                vertices = to_world(mesh.vertices.astype(float), instance, bodies[instance.body], traces[instance.body], index)
+                items.append(Item(vertices=vertices, triangles=mesh.triangles, color=part.color, opacity=opacity))
+    return items
+
+
+def track_items(rover: Rover, trace: Trace, patch: Patch) -> list[Item]:
+    """A ribbon on the ground behind every wheel, coloured by its slip ratio."""
+    widths = {wheel.name: wheel.width for wheel in rover.wheels}
+    joints = {wheel.name: wheel.joint for wheel in rover.wheels}
+    children = {joint.name: (joint.child, joint.axis) for joint in rover.joints}
+    traces = {body.name: body for body in trace.bodies}
+    slips = np.concatenate([wheel.slip_ratio for wheel in trace.wheels]) if trace.wheels else np.zeros(1)
+    limits = (float(min(0.0, np.percentile(slips, 2))), float(max(0.1, np.percentile(slips, 98))))
+    items = []
+    for count, wheel in enumerate(trace.wheels):
+        if len(trace.time) < 2:
+            break
+        body, axis = children[joints[wheel.name]]
+        axles = np.array([rotation_matrix(q) @ np.array(axis) for q in traces[body].rotation])
+        edges = [wheel.center + side * widths[wheel.name] / 2 * axles for side in (-1, 1)]
+        for edge in edges:
+            edge[:, 2] = patch.height(edge[:, 0], edge[:, 1]) + 0.008
+        vertices = np.stack(edges, axis=1).reshape(-1, 3)
+        k = 2 * np.arange(len(trace.time) - 1)[:, None]
+        triangles = np.concatenate([k + [0, 2, 1], k + [1, 2, 3]])
+        items.append(
+            Item(
+                vertices=vertices,
+                triangles=triangles,
+                lit=False,
+                values=np.repeat(wheel.slip_ratio, 2),
+                title="slip ratio [-]" if count == 0 else "",
+                limits=limits,
+                opacity=0.9,
+            )
+        )
+    return items
+
+
+def ground_item(patch: Patch, terrain: Terrain, sun: Array) -> Item:
+    """The ground with its light baked in."""
+    x, y = np.meshgrid(patch.x, patch.y)
+    n_rows, n_cols = patch.z.shape
+    corner = (np.arange(n_rows - 1)[:, None] * n_cols + np.arange(n_cols - 1)[None, :]).ravel()[:, None]
+    triangles = np.concatenate([corner + [0, n_cols, 1], corner + [1, n_cols, n_cols + 1]])
+    vertices = np.column_stack([x.ravel(), y.ravel(), patch.z.ravel()])
+    return Item(vertices=vertices, triangles=triangles, lit=False, rgb=colors(patch, terrain, sun))
+
+
+def shadow_items(items: list[Item], patch: Patch, sun: Array) -> list[Item]:
+    """The rover's shadow: its meshes slid along the light until they lie on the ground."""
+    shadows = []
+    for item in items:
+        fallen = item.vertices.copy()
+        drop = fallen[:, 2] - patch.height(fallen[:, 0], fallen[:, 1])
+        for _ in range(4):  # the ground below the foot of the ray, found by going there
+            foot = item.vertices - np.maximum(drop, 0)[:, None] / sun[2] * sun
+            drop = item.vertices[:, 2] - patch.height(foot[:, 0], foot[:, 1])
+        fallen[:, :2] = foot[:, :2]
+        fallen[:, 2] = patch.height(foot[:, 0], foot[:, 1]) + 0.012
+        shadows.append(Item(vertices=fallen, triangles=item.triangles, color="#17171a", lit=False))
+    return shadows
+
+
+def traverse_drawings(rover: Rover, trace: Trace, terrain: Terrain) -> dict[str, Drawing]:
+    """``scene``: the rover large in front, its tracks behind it back to the start. ``rover``: close up."""
+    carried = {joint.child for joint in rover.joints}
+    root = next((body for body in trace.bodies if body.name not in carried), trace.bodies[0])
+    here, start = root.position[-1], root.position[0]
+    away = here[:2] - start[:2]
+    length = float(np.linalg.norm(away))
+    ahead = away / length if length > 0.5 else (rotation_matrix(root.rotation[-1]) @ np.array([1.0, 0, 0]))[:2]
+    ahead = ahead / np.linalg.norm(ahead)
+    left = np.array([-ahead[1], ahead[0]])
+    machine = machine_items(rover, trace, -1)
+    cloud = np.concatenate([item.vertices for item in machine])
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    middle = (low + high) / 2
+
+    patch = crop(terrain, here[:2], reach=max(30.0, 1.6 * length))
+    toward = 0.55 * ahead - 0.83 * left  # low and to the side, so that relief shows and the near side of the rover is lit
+    sun = np.array([*toward, 0.5])
+    sun /= np.linalg.norm(sun)
+    ground = ground_item(patch, terrain, sun)
+    tracks = track_items(rover, trace, patch)
+    everything = [ground, *tracks, *shadow_items(machine, patch, sun), *machine]
+    vector = tuple(map(float, sun))
+
+    def camera(forward: float, side: float, up: float, focus: Array, angle: float) -> Camera:
+        place = middle[:2] + size * (forward * ahead + side * left)
+        floor = float(patch.height(np.array([place[0]]), np.array([place[1]]))[0])
+        z = max(middle[2] + up * size, floor + 0.25 * size)
+        return Camera(position=(float(place[0]), float(place[1]), z), focus=tuple(map(float, focus)), view_angle=angle)  # type: ignore[arg-type]
+
+    back = np.array([*(middle[:2] - 0.45 * size * ahead + 0.12 * size * left), middle[2] - 0.08 * size])
+    return {
+        "scene": Drawing(items=everything, camera=camera(1.15, -0.75, 0.50, back, 46.0), sun=vector),  # type: ignore[arg-type]
+        "rover": Drawing(items=everything, camera=camera(0.62, -1.05, 0.28, middle, 40.0), sun=vector),  # type: ignore[arg-type]
+    }
+
+
+def mechanism_drawing(rover: Rover, trace: Trace) -> Drawing:
+    """A machine without ground: solid at the start, fading ghosts at later times, seen square to the plane that it moves in."""
+    n = len(trace.time)
+    shown = np.unique(np.linspace(0, min(n - 1, max(1, n // 8)), 6).astype(int))
+    items = []
+    for k, index in enumerate(shown):
+        items += machine_items(rover, trace, int(index), opacity=1.0 if k == 0 else max(0.15, 0.6 - 0.09 * k))
+    cloud = np.concatenate([item.vertices for item in items])
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    middle, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    moved = np.concatenate([body.position - body.position.mean(axis=0) for body in trace.bodies])
+    axis = _turning_axis(rover, moved)
+    side = np.cross([0, 0, 1.0], axis)
+    side = side / np.linalg.norm(side) if np.linalg.norm(side) > 1e-6 else np.array([1.0, 0, 0])
+    place = middle + 1.35 * size * (0.92 * axis + 0.25 * side + np.array([0, 0, 0.22]))
+    sun = place - middle + np.array([0, 0, size])
+    sun = sun / np.linalg.norm(sun)
+    return Drawing(
+        items=items,
+        camera=Camera(position=tuple(map(float, place)), focus=tuple(map(float, middle)), view_angle=36.0),  # type: ignore[arg-type]
+        background=("#eef1f5", "#ffffff"),
+        sun=tuple(map(float, sun)),  # type: ignore[arg-type]
+    )
+
+
+def _turning_axis(rover: Rover, moved: Array) -> Array:
+    """Direction to look from: the first level hinge, else the direction in which the machine moves least."""
+    for joint in rover.joints:
+        if joint.kind == "hinge" and abs(joint.axis[2]) < 0.5:
+            axis = np.array(joint.axis)
+            return axis if axis[1] <= 0 else -axis
+    return np.linalg.svd(moved, full_matrices=False)[2][-1]

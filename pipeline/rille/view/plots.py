@@ -1,0 +1,108 @@
+"""Plots by matplotlib: channels over time, and the map."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rille.model import Rover, Terrain, Trace
+
+COLORS = ("#1b6ca8", "#d1495b", "#2a9d5c", "#e09f3e", "#7b4ea3", "#4d4d4d", "#17becf", "#bc5090")
+
+
+def _figure(width: float, height: float) -> Any:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=130, layout="constrained")
+
+
+def plot_traces(trace: Trace, path: Path) -> None:
+    """Wheel channels over time; without wheels, joint channels."""
+    rows = _wheel_rows(trace) if trace.wheels else _joint_rows(trace)
+    figure = _figure(11, 1.0 + 1.9 * len(rows))
+    axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, (label, series) in zip(axes, rows, strict=True):
+        for k, (name, values) in enumerate(series):
+            style = "--" if "right" in name else "-"
+            color = COLORS[(k if "right" not in name else _twin(series, k)) % len(COLORS)]
+            axis.plot(trace.time, values, style, color=color, linewidth=1.1, label=name)
+        axis.set_ylabel(label)
+        axis.grid(alpha=0.3, linewidth=0.5)
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(trace.time[0], max(trace.time[-1], trace.time[0] + 1e-9))
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=min(6, len(labels)), frameon=False, fontsize=9)
+    figure.savefig(path)
+
+
+def _twin(series: list, k: int) -> int:
+    """Index of the left twin of a right wheel, so that both share a colour."""
+    names = [name for name, _ in series]
+    twin = names[k].replace("right", "left")
+    return names.index(twin) if twin in names else k
+
+
+def _wheel_rows(trace: Trace) -> list:
+    return [
+        ("slip ratio [-]", [(w.name, w.slip_ratio) for w in trace.wheels]),
+        ("sinkage [mm]", [(w.name, 1e3 * w.sinkage) for w in trace.wheels]),
+        ("drive torque [N m]", [(w.name, w.drive_torque) for w in trace.wheels]),
+        ("drawbar pull [N]", [(w.name, w.drawbar_pull) for w in trace.wheels]),
+        ("normal load [N]", [(w.name, w.normal_load) for w in trace.wheels]),
+    ]
+
+
+def _joint_rows(trace: Trace) -> list:
+    if not trace.joints:
+        return [("height [m]", [(b.name, b.position[:, 2]) for b in trace.bodies])]
+    return [
+        ("position [rad or m]", [(j.name, j.position) for j in trace.joints]),
+        ("velocity [1/s]", [(j.name, j.velocity) for j in trace.joints]),
+        ("drive effort [N m or N]", [(j.name, j.effort) for j in trace.joints]),
+    ]
+
+
+def plot_map(trace: Trace, rover: Rover, terrain: Terrain, path: Path) -> None:
+    """The terrain from above: hill-shade, contours, soil patches, landforms by name, the paths of all wheels."""
+    from matplotlib.colors import LightSource
+    from matplotlib.patches import Polygon
+
+    n_rows, n_cols = terrain.heights.shape
+    stride = max(1, max(n_rows, n_cols) // 1500)
+    heights = np.ma.masked_invalid(terrain.heights[::stride, ::stride])
+    x = terrain.x_west + terrain.posting_x * np.arange(0, n_cols, stride)
+    y = terrain.y_north - terrain.posting_y * np.arange(0, n_rows, stride)
+    span = (x[-1] - x[0]) / (y[0] - y[-1])
+    figure = _figure(min(13.0, 2.0 + 7.5 * span), 8.0)
+    axis = figure.subplots()
+    shade = LightSource(azdeg=315, altdeg=28).hillshade(
+        heights.filled(float(heights.min())), dx=terrain.posting_x * stride, dy=terrain.posting_y * stride
+    )
+    extent = (x[0], x[-1], y[-1], y[0])
+    axis.imshow(shade, cmap="gray", extent=extent, vmin=0.0, vmax=1.0, interpolation="bilinear")
+    relief = axis.imshow(heights, cmap="cividis", extent=extent, alpha=0.35, interpolation="bilinear")
+    axis.contour(x, y, heights, levels=14, colors="black", linewidths=0.4, alpha=0.5)
+    for region in terrain.patches:
+        axis.add_patch(Polygon(region.polygon, closed=True, facecolor="#d9822b", edgecolor="#7a3e00", alpha=0.35, linewidth=1.2))
+        east, north = np.mean(region.polygon, axis=0)
+        axis.annotate(f"{region.name} ({region.soil})", (east, north), fontsize=8, ha="center", color="#4a2500")
+    for landform in terrain.landforms:
+        axis.plot(landform.x, landform.y, "+", color="white", markersize=6)
+        axis.annotate(landform.name, (landform.x, landform.y), xytext=(4, 4), textcoords="offset points", fontsize=8, color="white")
+    for wheel in trace.wheels:
+        axis.plot(wheel.center[:, 0], wheel.center[:, 1], color="#c1121f", linewidth=0.7, alpha=0.8)
+    carried = {joint.child for joint in rover.joints}
+    root = next((body for body in trace.bodies if body.name not in carried), trace.bodies[0])
+    axis.plot(root.position[:, 0], root.position[:, 1], color="#ffd166", linewidth=1.6, label="path of " + root.name)
+    axis.plot(*root.position[0, :2], "o", color="#06d6a0", markersize=7, label="start")
+    axis.plot(*root.position[-1, :2], "s", color="#ef476f", markersize=7, label="end")
+    axis.set(xlabel="x [m]", ylabel="y [m]", title=f"{terrain.name}: run {trace.run_id} of '{trace.scenario}'", aspect="equal")
+    axis.set_xlim(x[0], x[-1])
+    axis.set_ylim(y[-1], y[0])
+    axis.legend(loc="lower right", fontsize=8)
+    figure.colorbar(relief, ax=axis, label="height [m]", shrink=0.8)
+    figure.savefig(path)

@@ -1,0 +1,91 @@
+"""A run in a few numbers."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from rille.model import Rover, Trace
+
+MOVING = 1e-4  # [m/s] below this speed of rim and centre a wheel's slip is not counted (the solver reports 0 there)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WheelSummary:
+    """mean_slip_ratio [-] over the times at which the wheel moved (signed); max_sinkage [m]; mean_normal_load [N]; mean_drive_torque [N m]."""
+
+    name: str
+    mean_slip_ratio: float
+    max_sinkage: float
+    mean_normal_load: float
+    mean_drive_torque: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """A run in numbers.
+
+    duration : [s]. distance : length of the path of the root body (of the fastest body, if the root is held) [m].
+    energy : work done by all drives [J]; regenerated work counts negative. max_sinkage : [m], None without wheels.
+    """
+
+    status: str
+    duration: float
+    distance: float
+    energy: float
+    max_sinkage: float | None
+    wheels: tuple[WheelSummary, ...]
+
+    def as_dict(self) -> dict:
+        """For JSON."""
+        return asdict(self)
+
+    def lines(self) -> list[str]:
+        """For people."""
+        lines = [f"{'status':<24} {self.status}", f"{'simulated time':<24} {self.duration:.2f} s", f"{'distance':<24} {self.distance:.3f} m"]
+        if self.wheels:
+            lines.append(f"{'energy of the drives':<24} {self.energy:.1f} J" + (f" ({self.energy / self.distance:.1f} J/m)" if self.distance > 0.01 else ""))
+            lines.append(f"{'maximal sinkage':<24} {1e3 * (self.max_sinkage or 0):.1f} mm")
+            lines.append("")
+            lines.append(f"{'wheel':<24} {'mean slip ratio':>15} {'max sinkage':>14} {'mean load':>12} {'mean torque':>14}")
+            for wheel in self.wheels:
+                lines.append(
+                    f"{wheel.name:<24} {wheel.mean_slip_ratio:15.3f} {1e3 * wheel.max_sinkage:11.1f} mm {wheel.mean_normal_load:10.1f} N "
+                    f"{wheel.mean_drive_torque:10.2f} N m"
+                )
+            lines.append("")
+        return lines
+
+
+def summary(trace: Trace, rover: Rover) -> Summary:
+    """Reduce a trace to a summary. Path lengths are sums of straight pieces between stored states."""
+    lengths = {body.name: float(np.linalg.norm(np.diff(body.position, axis=0), axis=1).sum()) for body in trace.bodies}
+    carried = {joint.child for joint in rover.joints}
+    roots = [name for name in lengths if name not in carried]
+    distance = lengths[roots[0]] if roots else max(lengths.values(), default=0.0)
+    rims = {wheel.name: wheel for wheel in rover.wheels}
+    spins = {joint.name: joint for joint in trace.joints}
+    wheels = []
+    for wheel in trace.wheels:
+        speed = np.zeros(len(trace.time))
+        if len(trace.time) > 1:
+            speed = np.linalg.norm(np.gradient(wheel.center, trace.time, axis=0), axis=1)
+        rim = np.abs(spins[rims[wheel.name].joint].velocity) * rims[wheel.name].radius
+        moving = (np.maximum(speed, rim) > MOVING) & (wheel.sinkage > 0)
+        slip = float(wheel.slip_ratio[moving].mean()) if moving.any() else 0.0
+        wheels.append(
+            WheelSummary(
+                name=wheel.name,
+                mean_slip_ratio=slip,
+                max_sinkage=float(wheel.sinkage.max(initial=0.0)),
+                mean_normal_load=float(wheel.normal_load.mean()) if len(wheel.normal_load) else 0.0,
+                mean_drive_torque=float(wheel.drive_torque.mean()) if len(wheel.drive_torque) else 0.0,
+            )
+        )
+    return Summary(
+        status=trace.status,
+        duration=float(trace.time[-1]) if len(trace.time) else 0.0,
+        distance=distance,
+        energy=float(sum(joint.work[-1] for joint in trace.joints if len(joint.work))),
+        max_sinkage=max((wheel.max_sinkage for wheel in wheels), default=None),
+        wheels=tuple(wheels),
+    )
