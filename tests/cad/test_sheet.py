@@ -126,3 +126,22 @@ def test_ignored_parts_weigh_nothing(rig_sheet):
     peg = 7850 * math.pi * 0.004**2 * 0.03
     total = [sum(b.properties.mass for b in rover.bodies) for rover in (full, slim)]
     assert total[0] - total[1] == pytest.approx(2 * peg, rel=1e-9)
+
+
+def test_free_shells_are_reported_and_refused_in_a_body(write_step, tmp_path):
+    import cadquery as cq
+
+    step = write_step("mixed.step", [(cq.Solid.makeBox(10, 10, 10), "box"), (cq.Face.makePlane(9, 9), "label")])
+    head = (
+        f'step = "{step}"\ndefault_material = "foam"\nignore = ["label"]\n[[material]]\nname = "foam"\ndensity = 50\n'
+    )
+    sheet = tmp_path / "mixed.toml"
+    sheet.write_text(head + '[[body]]\nname = "b"\nparts = ["box"]\n')
+    said: list[str] = []
+    rover = build(sheet, progress=lambda what, fraction: said.append(what))
+    assert rover.bodies[0].properties.mass == pytest.approx(50e-6, rel=1e-9)
+    assert rover.bodies[0].properties.mass_provenance == "default"
+    assert any("part 'label' has no solid" in what for what in said)
+    sheet.write_text(head.replace('ignore = ["label"]', "") + '[[body]]\nname = "b"\nparts = ["*"]\n')
+    with pytest.raises(InputRefused, match="part 'label' has no solid, so it has no mass"):
+        build(sheet)

@@ -69,6 +69,8 @@ def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) 
     step_file = expand(page.step, sheet.parent)
     say("reading STEP", 0.0)
     assembly = _moved(read_step(step_file), page)
+    for note in assembly.notes:
+        say(note, 0.3)
     say("assigning parts to bodies", 0.3)
     owner = _assign(assembly, page)
     used = sorted({assembly.instances[i].prototype for i in owner})
