@@ -167,7 +167,10 @@ def rover() -> cq.Assembly:
 
 
 def export(path: Path) -> None:
-    """Write the STEP file, without the date in its header, so that equal drawings give equal files."""
+    """Write the STEP file, without the date in its header.
+
+    Geometry and names are the same every time; the order in which OCCT writes the colours is not, so files differ in bytes.
+    """
     rover().export(str(path))
     text = path.read_text()
     path.write_text(re.sub(r"(FILE_NAME\('[^']*',')[^']*(')", r"\g<1>2026-01-01T00:00:00\2", text, count=1))
