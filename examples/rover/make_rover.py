@@ -169,7 +169,7 @@ def rover() -> cq.Assembly:
 def export(path: Path) -> None:
     """Write the STEP file, without the date in its header.
 
-    Geometry and names are the same every time; the order in which OCCT writes the colours is not, so files differ in bytes.
+    Geometry and names are the same every time; the order of the colours in the file is not (OCCT).
     """
     rover().export(str(path))
     text = path.read_text()
