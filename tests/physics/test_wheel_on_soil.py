@@ -53,8 +53,7 @@ def test_a_wheel_at_rest_sinks_to_the_static_sinkage(make_model, rille_data, soi
     """Every wheel of a standing cart sinks as deep as the table says at zero slip.
 
     The cart settles until nothing moves faster than 0.1 mm/s and then stands for 2 s, some 40 time constants of the damped soil;
-    what remains is the quadrature: 1e-8 relative at n = 1 and 1e-7 otherwise, so 1e-6 is asked for. With its long contact behind the
-    axle (lambda = 0.9) the fjs1 soil holds shear between the wheels of a standing cart, which carries 0.07 % of the load: 1e-3 there.
+    what remains is the quadrature: 1e-8 relative at n = 1 and 1e-7 otherwise, so 1e-6 is asked for.
     """
     with (rille_data / "reference/wheel_reference.csv").open() as file:
         row = next(
@@ -71,7 +70,7 @@ def test_a_wheel_at_rest_sinks_to_the_static_sinkage(make_model, rille_data, soi
     assert simulation.step(2000) == "running"
     wheels = simulation.wheels()
     assert wheels[:, 7] == pytest.approx(np.full(4, float(row["load_N"])), rel=1e-6)
-    assert 1e3 * wheels[:, 6] == pytest.approx(np.full(4, float(row["sinkage_mm"])), rel=1e-3 if soil == "ishigami_fjs1" else 1e-6)
+    assert 1e3 * wheels[:, 6] == pytest.approx(np.full(4, float(row["sinkage_mm"])), rel=1e-6)
 
 
 def test_a_driven_wheel_obeys_the_golden_table_at_its_own_slip(make_model, rille_data):

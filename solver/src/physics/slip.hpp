@@ -15,6 +15,11 @@ namespace rille {
 // continuously. It bounds the creep of a parked rover to a fraction of it: micrometres per minute on a 15 degree slope.
 inline constexpr double kParkingSpeed = 1e-6;
 
+// Below this speed [m/s] the normal load takes the slip against it. The stress integrals describe steady rolling over a whole contact
+// length; a standing wheel that trembles by micrometres does not turn its shear stresses over, and if it did, its load would
+// jump with each reversal and keep the tremble alive.
+inline constexpr double kRollingSpeed = 5e-3;
+
 struct Slip {
   double direction = 1;      // [-] +1 or -1: travel along t or against it
   double ratio = 0;          // [-] s
@@ -24,14 +29,14 @@ struct Slip {
   double lateral_speed = 0;  // [m/s] |v_y| that belongs to lateral_ratio, never zero
 };
 
-// v: speed of the wheel's centre along t; u = r w: speed of the rim; v_y: lateral speed [m/s].
-inline Slip slip_of(double v, double u, double v_y) {
+// v: speed of the wheel's centre along t; u = r w: speed of the rim; v_y: lateral speed; floor: smallest reference [m/s].
+inline Slip slip_of(double v, double u, double v_y, double floor = kParkingSpeed) {
   constexpr double kLargest = 1e3;   // beyond it shear is fully mobilised in any soil
   constexpr double kSmallest = 1e-8; // floor of the ratios, so that force per speed is defined at zero speed
   Slip slip;
   const bool driven = std::abs(u) >= std::abs(v);
   slip.direction = (driven ? u : v) < 0 ? -1 : 1;
-  const double reference = std::max({std::abs(u), std::abs(v), kParkingSpeed});
+  const double reference = std::max({std::abs(u), std::abs(v), floor});
   double ratio = slip.direction * (u - v) / reference;
   if (std::abs(ratio) < kSmallest) ratio = ratio < 0 ? -kSmallest : kSmallest;
   slip.sliding_speed = std::abs(ratio) * reference;

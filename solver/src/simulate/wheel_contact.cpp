@@ -66,14 +66,19 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowS
 
   const int soil_index = ground_.soil(center.x(), center.y());
   const Soil& soil = terrain_->soils[soil_index];
-  const SoilReaction reaction = react(terrain_->response[index_][soil_index], soil, {radius, wheel_->width},
-                                      {sinkage, slip.ratio, slip.travel_ratio, slip.lateral_ratio});
+  const auto react_to = [&](const Slip& motion) {
+    return react(terrain_->response[index_][soil_index], soil, {radius, wheel_->width},
+                 {sinkage, motion.ratio, motion.travel_ratio, motion.lateral_ratio});
+  };
+  const SoilReaction reaction = react_to(slip);
+  const bool rolls = std::max({std::abs(v), std::abs(u), std::abs(v_y)}) >= kRollingSpeed;
+  const double load = rolls ? reaction.normal_load : react_to(slip_of(v, u, v_y, kRollingSpeed)).normal_load;
 
   const double shear = (reaction.torque - reaction.rolling_torque) / radius;  // S in the direction of travel
   const double rolling = reaction.rolling_torque / radius;
   const double rut = shear - reaction.drawbar_pull;
   const double strength = h * reaction.shear_strength;
-  const double stiffness = (soil.sinkage_exponent + 0.5) * reaction.normal_load / sinkage;
+  const double stiffness = (soil.sinkage_exponent + 0.5) * load / sinkage;
   const double damping = soil.damping * wheel_->width * reaction.contact_length;
 
   int row_number = 0;
@@ -97,7 +102,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowS
 
   const double normal_slope = h * stiffness + damping;
   Row& normal = open(center, up, Vector3d::Zero(), h * normal_slope);
-  normal.target = normal_slope > 0 ? reaction.normal_load / normal_slope : 0;
+  normal.target = normal_slope > 0 ? load / normal_slope : 0;
   normal.lower = 0;
 
   Row& sliding = open(center, -ahead, radius * axle, h * std::abs(shear) / slip.sliding_speed);
