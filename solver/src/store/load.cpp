@@ -423,7 +423,7 @@ Database open_database(const std::string& path) {
     database.exec("PRAGMA foreign_keys = ON");
     return database;
   } catch (const SQLite::Exception& error) {
-    throw InputRefused(fmt::format("'{}' cannot be read ({}); it is damaged, locked or not writable", path, error.what()));
+    throw InputRefused(fmt::format("'{}' cannot be read ({}); it is locked, not writable, or damaged: then restore it from a copy", path, error.what()));
   }
 }
 

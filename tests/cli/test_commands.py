@@ -1,0 +1,231 @@
+"""The command ``rille`` as a user meets it: exit codes, sentences, JSON, nothing destroyed."""
+
+import json
+import os
+import pty
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from machines import cart, plane
+
+from rille import store
+from rille.model import Command, Scenario
+
+RILLE = str(Path(sys.executable).parent / "rille")
+
+
+def rille(*arguments, **options):
+    """Run the command to its end."""
+    return subprocess.run([RILLE, *map(str, arguments)], capture_output=True, text=True, timeout=300, check=False, **options)
+
+
+@pytest.fixture
+def model(tmp_path):
+    """Database with a cart that can drive for two seconds."""
+    path = tmp_path / "model.db"
+    rover = cart(5.0, 0.15, 0.165)
+    store.create(path)
+    store.write_rover(path, rover)
+    store.write_terrain(path, plane())
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(name="go", duration=2, terrain="plane", placement="on_terrain", settle_time=2.0, commands=commands)
+    store.write_scenario(path, scenario)
+    return path
+
+
+def assert_refused(done, *words):
+    """Exit code 3, one sentence on stderr with the words, nothing on stdout."""
+    assert done.returncode == 3, done.stderr
+    assert done.stdout == ""
+    assert done.stderr.startswith("rille: ")
+    assert done.stderr.count("\n") == 1, done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+def test_run_prints_a_table_and_leaves_a_run(model):
+    done = rille("run", model)
+    assert done.returncode == 0, done.stderr
+    for word in ("distance", "mean slip ratio", "maximal sinkage", "energy", "real-time factor"):
+        assert word in done.stdout
+    assert store.list_runs(model)[0].status == "done"
+
+
+def test_json_is_one_object_on_stdout(model, tmp_path):
+    for arguments in (("run", model), ("db", "info", model), ("db", "check", model), ("db", "migrate", model)):
+        answer = json.loads(rille(*arguments, "--json").stdout)
+        assert isinstance(answer, dict)
+    run = json.loads(rille("run", model, "--json", "--duration", "0.5").stdout)
+    assert run["summary"]["duration"] == pytest.approx(0.5)
+    assert len(json.loads(rille("terrain", "list", "--json").stdout)["crater"]["drivers"]) >= 2
+
+
+def test_out_writes_beside_the_model_and_leaves_it_alone(model, tmp_path):
+    before = model.read_bytes()
+    other = tmp_path / "run.db"
+    assert rille("run", model, "--out", other).returncode == 0
+    assert model.read_bytes() == before
+    assert len(store.list_runs(other)) == 1
+    assert_refused(rille("run", model, "--out", other), "exists already")
+
+
+def test_view_draws_plots_and_map(model, tmp_path):
+    rille("run", model)
+    done = rille("view", model, "-o", tmp_path / "pictures")
+    assert done.returncode == 0, done.stderr
+    for line in done.stdout.split():
+        assert Path(line).read_bytes().startswith(b"\x89PNG")
+    assert "map.png" in done.stdout
+    assert "traces.png" in done.stdout
+
+
+def bad_databases(tmp_path, model):
+    """Path and expected word of every kind of file that is no database of ours."""
+    text, foreign, newer, truncated = (tmp_path / f"{n}.db" for n in ("text", "foreign", "newer", "truncated"))
+    text.write_text("hello")
+    with closing(sqlite3.connect(foreign)) as connection:
+        connection.execute("CREATE TABLE t (x)")
+        connection.commit()
+    shutil.copyfile(model, newer)
+    with closing(sqlite3.connect(newer)) as connection:
+        connection.execute("PRAGMA user_version = 999")
+        connection.commit()
+    truncated.write_bytes(model.read_bytes()[:20000])
+    return {
+        tmp_path / "absent.db": "there is no file",
+        text: "not an SQLite database",
+        foreign: "another program",
+        newer: "upgrade",
+        truncated: "restore",
+    }
+
+
+def test_every_verb_refuses_every_bad_database_and_keeps_it(tmp_path, model, repository):
+    scene = tmp_path / "flat.toml"
+    scene.write_text('name = "f"\nsoil = "lunar_sourcebook"\n[base]\nkind = "flat"\nsize = [10, 10]\nposting = 1\n')
+    for path, word in bad_databases(tmp_path, model).items():
+        before = path.read_bytes() if path.exists() else None
+        verbs = [("run", path), ("view", path), ("db", "check", path), ("db", "info", path), ("db", "migrate", path)]
+        if before is not None:
+            verbs.append(("terrain", "build", scene, "-o", path))
+        for verb in verbs:
+            assert_refused(rille(*verb), word)
+        assert (path.read_bytes() if path.exists() else None) == before
+
+
+SHEET = 'step = "{step}"\ndefault_material = "steel"\n[[material]]\nname = "steel"\ndensity = 7850\n'
+
+
+@pytest.fixture(scope="module")
+def step_files(tmp_path_factory):
+    """Small STEP files: two boxes, and a surface without a solid."""
+    import cadquery as cq
+
+    folder = tmp_path_factory.mktemp("step")
+    box = cq.Workplane().box(100, 100, 100)
+    assembly = cq.Assembly(name="thing").add(box, name="lower_arm").add(box, name="upper_arm", loc=cq.Location((0, 0, 200)))
+    assembly.export(str(folder / "two.step"))
+    cq.exporters.export(cq.Workplane(obj=box.faces(">Z").val()), str(folder / "surface.step"))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        ('[[body]]\nname = "b"\nparts = ["thing/loer_arm"]\n', ("loer_arm", "did you mean 'thing/lower_arm'")),
+        ('[[part]]\nmatch = "lower_arm"\nmass = "0 kg"\n[[body]]\nname = "b"\nparts = ["thing"]\n', ("lower_arm", "0 kg", "above 0")),
+        (
+            '[[part]]\nmatch = "lower_arm"\nmass = "1 kg"\ninertia = [1, 1, 5, 0, 0, 0]\n[[body]]\nname = "b"\nparts = ["thing"]\n',
+            ("triangle inequality",),
+        ),
+        ('[[body]]\nname = "b"\nparts = ["thing"]\nmas = 3\n', ("mas", "did you mean 'mass'")),
+        ('[[body]]\nname = "b"\nparts = ["thing/lower_arm"]\n', ("upper_arm", "belongs to no body")),
+        ('[[body]]\nname = "b"\nparts = ["thing"]\nmass = "3 apples"\n', ("apples",)),
+        ("[[body]\n", ("TOML",)),
+    ],
+)
+def test_cad_build_refuses_in_one_sentence(tmp_path, step_files, extra, words):
+    sheet, target = tmp_path / "sheet.toml", tmp_path / "model.db"
+    sheet.write_text(SHEET.format(step=step_files / "two.step") + extra)
+    assert_refused(rille("cad", "build", sheet, "-o", target), *words)
+    assert not target.exists()
+
+
+def test_cad_build_refuses_bad_step_files(tmp_path, step_files):
+    sheet = tmp_path / "sheet.toml"
+    body = '[[body]]\nname = "b"\nparts = ["*"]\n'
+    broken = tmp_path / "broken.step"
+    broken.write_text("ISO-10303-21;\nHEADER;\nrubbish")
+    text = tmp_path / "text.step"
+    text.write_text("no step at all")
+    for file, word in ((tmp_path / "none.step", "there is no"), (text, "not a STEP file"), (broken, "broken.step"), (step_files / "surface.step", "no solid")):
+        sheet.write_text(SHEET.format(step=file) + body)
+        assert_refused(rille("cad", "build", sheet, "-o", tmp_path / "model.db"), word)
+    assert_refused(rille("cad", "build", tmp_path / "none.toml"), "there is no file")
+
+
+def test_a_bad_scenario_file_is_refused(tmp_path, model):
+    file = tmp_path / "s.toml"
+    before = model.read_bytes()
+    good = 'name = "s"\nduration = "1 s"\nterrain = "plane"\n'
+    for text, words in (
+        (good + 'gravty = "moon"\n', ("gravty", "gravity")),
+        (good + 'gravity = "mon"\n', ("moon",)),
+        (good + '[[command]]\ndrives = ["whel_*"]\nvalue = 1\n', ("whel_*", "wheel_")),
+        (good + '[[command]]\ndrives = ["wheel_*"]\nvalue = "3 kg"\n', ("3 kg",)),
+        (good.replace("plane", "plain"), ("plain", "plane")),
+        (good.replace('"1 s"', '"-1 s"'), ("duration",)),
+        ('name = "s"\n', ("duration", "missing")),
+    ):
+        file.write_text(text)
+        assert_refused(rille("run", model, "--scenario", file), *words)
+        assert model.read_bytes() == before
+
+
+def test_usage_is_2_and_a_bug_is_1(model, tmp_path):
+    assert rille("run").returncode == 2
+    assert rille("dance").returncode == 2
+    assert rille("run", model, "--step", "fast").returncode == 2
+    liar = tmp_path / "liar"
+    liar.write_text("#!/bin/sh\necho not json\n")
+    liar.chmod(0o755)
+    done = rille("run", model, env={**os.environ, "RILLE_SOLVER": str(liar)})
+    assert done.returncode == 1
+    assert "bug" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
+    """Both rille and the solver get SIGINT, as from a keyboard; the bar is drawn on a terminal."""
+    drives = store.read_rover(model).drives
+    crawl = tuple(Command(drive=d.name, time=0.0, value=1e-5) for d in drives)
+    store.write_scenario(model, Scenario(name="crawl", duration=100000, terrain="plane", placement="on_terrain", commands=crawl))
+    primary, secondary = pty.openpty()
+    process = subprocess.Popen(
+        [RILLE, "run", str(model), "--scenario", "crawl"], stdout=subprocess.PIPE, stderr=secondary, text=True, start_new_session=True
+    )
+    os.close(secondary)
+    time.sleep(2.5)
+    os.killpg(process.pid, signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    os.close(primary)
+    assert process.returncode == 130
+    assert "interrupted" in output
+    assert store.read_trace(model).status == "interrupted"
+
+
+def test_an_outcome_of_physics_is_4(model):
+    rover = store.read_rover(model)
+    commands = tuple(Command(drive=d.name, time=0.0, value=30.0) for d in rover.drives)
+    store.write_scenario(model, Scenario(name="far", duration=100, terrain="plane", placement="on_terrain", commands=commands))
+    done = rille("run", model, "--scenario", "far")
+    assert done.returncode == 4
+    assert "left terrain" in done.stderr
+    assert "left_terrain" in done.stdout
