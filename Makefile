@@ -11,7 +11,7 @@ BIN    := $(VENV)/bin
 CPP    := build/Release
 OUT    := out
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
-export RILLE_DATA ?= ../shared
+export RILLE_DATA ?= $(abspath ../shared)
 
 # System packages, by what needs them: compiler and tools; solver; Python headers; off-screen rendering (EGL, no X, no GPU).
 PACKAGES := build-essential cmake ninja-build pkg-config \

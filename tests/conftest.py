@@ -17,7 +17,7 @@ def repository() -> Path:
 @pytest.fixture(scope="session")
 def rille_data() -> Path:
     """Folder with real CAD, DEM and bench data (``RILLE_DATA``, default ``../shared``); skips the test if absent."""
-    path = Path(os.environ.get("RILLE_DATA", REPOSITORY.parent / "shared"))
+    path = Path(os.environ.get("RILLE_DATA", REPOSITORY.parent / "shared")).resolve()
     if not path.is_dir():
         pytest.skip(f"real data absent: set RILLE_DATA to the folder that holds data/ and reference/ (looked at {path})")
     return path
