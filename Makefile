@@ -72,14 +72,14 @@ bench: build  ## measure steps per second, real-time factor and step-size error
 	@$(BIN)/python solver/benchmark/bench.py
 
 check: build  ## lint, types, tests
-	@$(BIN)/ruff check pipeline tests solver examples
-	$(BIN)/ruff format --check pipeline tests solver examples
+	@$(BIN)/ruff check pipeline tests solver examples terrain_library
+	$(BIN)/ruff format --check pipeline tests solver examples terrain_library
 	$(BIN)/pyright
 	$(MAKE) test
 
 format: build  ## format the Python code
-	@$(BIN)/ruff check --fix pipeline tests solver examples
-	$(BIN)/ruff format pipeline tests solver examples
+	@$(BIN)/ruff check --fix pipeline tests solver examples terrain_library
+	$(BIN)/ruff format pipeline tests solver examples terrain_library
 
 clean:  ## remove everything that was built
 	rm -rf build $(VENV) $(OUT) .setup-*

@@ -39,7 +39,5 @@ LANDFORM = Landform(
         Driver(name="shoulder", unit="m", meaning="distance over which it blends out", lower=0.1, upper=1000.0, default=2.0),
     ),
     profile=profile,
-    footprint=lambda drivers: float(
-        np.hypot(drivers["length"] / 2 + drivers["shoulder"], drivers["width"] / 2 + drivers["shoulder"])
-    ),
+    footprint=lambda drivers: float(np.hypot(drivers["length"] / 2 + drivers["shoulder"], drivers["width"] / 2 + drivers["shoulder"])),
 )

@@ -69,9 +69,7 @@ def wheel() -> cq.Workplane:
     """Rim with grousers, a disc with holes, and a hub that holds the drive; axle along y, centre at the origin."""
     plane = cq.Workplane("XZ", origin=(0, WHEEL_WIDTH / 2, 0))
     rim = plane.circle(WHEEL_RADIUS).circle(WHEEL_RADIUS - 4).extrude(WHEEL_WIDTH)
-    disc = (
-        cq.Workplane("XZ", origin=(0, 2.5, 0)).circle(WHEEL_RADIUS - 2).polarArray(95, 0, 360, 8).circle(26).extrude(5)
-    )
+    disc = cq.Workplane("XZ", origin=(0, 2.5, 0)).circle(WHEEL_RADIUS - 2).polarArray(95, 0, 360, 8).circle(26).extrude(5)
     hub = cq.Workplane("XZ", origin=(0, 60, 0)).circle(34).extrude(120)
     shape = rim.union(disc).union(hub)
     blade = box(GROUSER_HEIGHT + 2, WHEEL_WIDTH, GROUSER_THICKNESS, (WHEEL_RADIUS + GROUSER_HEIGHT / 2 - 1, 0, 0))
@@ -122,12 +120,7 @@ def chassis() -> cq.Assembly:
     pivots = rod(30, (0, -325, ROCKER_PIVOT_Z), (0, 325, ROCKER_PIVOT_Z))
     panel = box(1040, 640, 18, (-20, 0, 692), 30)
     bare = [(4, 1), (0, 1)]  # mast and antenna stand there
-    cells = [
-        box(185, 190, 6, (-20 + 205 * (i - 2), 205 * (j - 1), 704))
-        for i in range(5)
-        for j in range(3)
-        if (i, j) not in bare
-    ]
+    cells = [box(185, 190, 6, (-20 + 205 * (i - 2), 205 * (j - 1), 704)) for i in range(5) for j in range(3) if (i, j) not in bare]
     mast = rod(24, (390, 0, 675), (390, 0, 1260)).union(rod(42, (390, 0, 701), (390, 0, 760)))
     head = box(110, 290, 105, (405, 0, 1305), 14)
     eyes = rod(30, (450, 90, 1308), (472, 90, 1308)).union(rod(30, (450, -90, 1308), (472, -90, 1308)))

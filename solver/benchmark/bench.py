@@ -16,9 +16,9 @@ import time
 from pathlib import Path
 
 import numpy as np
+from rille._solver import Simulation
 
 from rille import cad, store, terrain
-from rille._solver import Simulation
 from rille.simulate import read_scenario_file
 
 HERE = Path(__file__).parent

@@ -44,9 +44,7 @@ def nested_step(tmp_path_factory: pytest.TempPathFactory) -> Path:
     arm = (
         cq.Assembly(name="arm")
         .add(cq.Workplane().box(100, 10, 10), name="Traeger", loc=cq.Location((50, 0, 0)))
-        .add(
-            cq.Workplane().circle(4).extrude(30), name="peg_part", loc=cq.Location((100, 0, 5)), color=cq.Color(1, 0, 0)
-        )
+        .add(cq.Workplane().circle(4).extrude(30), name="peg_part", loc=cq.Location((100, 0, 5)), color=cq.Color(1, 0, 0))
     )
     rig = (
         cq.Assembly(name="rig")

@@ -104,9 +104,7 @@ def test_double_pendulum(repository, rille_data):
     shoulder, elbow = (np.array(joints[name].point) for name in ("shoulder", "elbow"))
     axis = np.array(joints["shoulder"].axis)
     assert axis[2] == pytest.approx(0, abs=1e-12)  # horizontal
-    assert np.linalg.norm(np.cross(axis, elbow - shoulder)) == pytest.approx(
-        0.2, abs=1e-12
-    )  # upper lever of design C.1
+    assert np.linalg.norm(np.cross(axis, elbow - shoulder)) == pytest.approx(0.2, abs=1e-12)  # upper lever of design C.1
     bodies = {b.name: b.properties for b in pendulum.bodies}
     # The zero pose hangs: both centres lie straight below their hinges, to the 0.1 mm of screws that are not in pairs.
     for body, joint in (("upper_link", shoulder), ("lower_link", elbow)):

@@ -16,9 +16,7 @@ def test_bodies_joints_and_units(rig_sheet):
     left = bodies["left"].properties
     # 1e-9: exact B-rep integrals, STEP text of 15 digits (see test_mass_properties).
     assert left.mass == pytest.approx(bar + peg, rel=1e-9)
-    np.testing.assert_allclose(
-        left.com, [(bar * 0.05 + peg * 0.1) / (bar + peg), 0, peg * 0.02 / (bar + peg)], atol=1e-12
-    )
+    np.testing.assert_allclose(left.com, [(bar * 0.05 + peg * 0.1) / (bar + peg), 0, peg * 0.02 / (bar + peg)], atol=1e-12)
     # Composite moment about z: both own moments and the parallel-axis terms m1 m2 / (m1 + m2) d^2.
     own = bar * (0.1**2 + 0.01**2) / 12 + peg * 0.004**2 / 2
     assert left.inertia[2, 2] == pytest.approx(own + bar * peg / (bar + peg) * 0.05**2, rel=1e-9)
@@ -132,9 +130,7 @@ def test_free_shells_are_reported_and_refused_in_a_body(write_step, tmp_path):
     import cadquery as cq
 
     step = write_step("mixed.step", [(cq.Solid.makeBox(10, 10, 10), "box"), (cq.Face.makePlane(9, 9), "label")])
-    head = (
-        f'step = "{step}"\ndefault_material = "foam"\nignore = ["label"]\n[[material]]\nname = "foam"\ndensity = 50\n'
-    )
+    head = f'step = "{step}"\ndefault_material = "foam"\nignore = ["label"]\n[[material]]\nname = "foam"\ndensity = 50\n'
     sheet = tmp_path / "mixed.toml"
     sheet.write_text(head + '[[body]]\nname = "b"\nparts = ["box"]\n')
     said: list[str] = []

@@ -13,8 +13,8 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from machines import cart, plane
 
+from machines import cart, plane
 from rille import store
 from rille.model import Command, Scenario
 
@@ -165,7 +165,12 @@ def test_cad_build_refuses_bad_step_files(tmp_path, step_files):
     broken.write_text("ISO-10303-21;\nHEADER;\nrubbish")
     text = tmp_path / "text.step"
     text.write_text("no step at all")
-    for file, word in ((tmp_path / "none.step", "there is no"), (text, "not a STEP file"), (broken, "broken.step"), (step_files / "surface.step", "no solid")):
+    for file, word in (
+        (tmp_path / "none.step", "there is no"),
+        (text, "not a STEP file"),
+        (broken, "broken.step"),
+        (step_files / "surface.step", "no solid"),
+    ):
         sheet.write_text(SHEET.format(step=file) + body)
         assert_refused(rille("cad", "build", sheet, "-o", tmp_path / "model.db"), word)
     assert_refused(rille("cad", "build", tmp_path / "none.toml"), "there is no file")

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rille._solver import Simulation
 
 from rille import cad, store, terrain
-from rille._solver import Simulation
 from rille.model import Command, Scenario
 from rille.simulate import read_scenario_file, run
 

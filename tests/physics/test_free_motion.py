@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from machines import box, free_arm
-
 from rille._solver import Simulation
+
+from machines import box, free_arm
 from rille.model import Pose, Rover, Scenario
 
 GRAVITY = 9.80665  # [m/s^2]
@@ -18,9 +18,7 @@ def test_free_fall(make_model, integrator, discrete):
     n velocities, -g h^2 n (n + 1) / 2, which lies g t h / 2 below. Tolerance: rounding of 2000 additions of size 10.
     """
     h, n = 1e-3, 2000
-    scenario = Scenario(
-        name="fall", duration=2, step=h, integrator=integrator, start=Pose(position=(0, 0, 5)), start_velocity=(1, 0, 3)
-    )
+    scenario = Scenario(name="fall", duration=2, step=h, integrator=integrator, start=Pose(position=(0, 0, 5)), start_velocity=(1, 0, 3))
     simulation = Simulation(str(make_model(Rover(bodies=(box("stone", 2, (0, 0, 0), (1, 1, 1)),)), scenario)))
     assert simulation.step(n) == "running"
     t = n * h
@@ -65,9 +63,7 @@ def test_symmetric_top_precesses_at_its_own_rate(make_model):
     omega = np.array([0.5, 0.0, 4.0])
     period = 2 * np.pi / abs((i3 - i1) / i1 * omega[2])
     n = 2000
-    scenario = Scenario(
-        name="top", duration=period, step=period / n, gravity=(0, 0, 0), start_angular_velocity=tuple(omega)
-    )
+    scenario = Scenario(name="top", duration=period, step=period / n, gravity=(0, 0, 0), start_angular_velocity=tuple(omega))
     simulation = Simulation(str(make_model(Rover(bodies=(body,)), scenario)))
     simulation.step(n)
     state = simulation.bodies()[0]

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from machines import chain
+from rille._solver import Simulation
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from rille._solver import Simulation
+from machines import chain
 from rille.model import InitialJointState, Scenario
 
 GRAVITY = 9.80665  # [m/s^2]
@@ -17,8 +17,7 @@ def swing(make_model, rover, angles, step, integrator="auto", velocities=None):
     """Simulation of hanging rods released from the given angles [rad]."""
     velocities = velocities or [0.0] * len(angles)
     states = tuple(
-        InitialJointState(joint=f"hinge{k + 1}", position=a, velocity=v)
-        for k, (a, v) in enumerate(zip(angles, velocities, strict=True))
+        InitialJointState(joint=f"hinge{k + 1}", position=a, velocity=v) for k, (a, v) in enumerate(zip(angles, velocities, strict=True))
     )
     scenario = Scenario(name="swing", duration=60, step=step, integrator=integrator, initial_states=states)
     return Simulation(str(make_model(rover, scenario)))
@@ -67,9 +66,7 @@ def double_pendulum_reference(rover, angles, duration):
 
     def derivative(_, state):
         a, b, da, db = state  # absolute angles from the downward vertical
-        mass = np.array(
-            [[i1 + m1 * c1**2 + m2 * l1**2, m2 * l1 * c2 * np.cos(a - b)], [m2 * l1 * c2 * np.cos(a - b), i2 + m2 * c2**2]]
-        )
+        mass = np.array([[i1 + m1 * c1**2 + m2 * l1**2, m2 * l1 * c2 * np.cos(a - b)], [m2 * l1 * c2 * np.cos(a - b), i2 + m2 * c2**2]])
         force = np.array(
             [
                 -m2 * l1 * c2 * np.sin(a - b) * db**2 - (m1 * c1 + m2 * l1) * GRAVITY * np.sin(a),

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from machines import cart
-
-from rille import store
 from rille._solver import Simulation
+
+from machines import cart
+from rille import store
 from rille.model import Pose, Scenario
 from rille.terrain import build
 
@@ -40,9 +40,7 @@ def test_a_ramp_arrives_under_the_wheels_as_it_was_written(tmp_path):
     ) as raster:
         raster.write(ramp(east[None, :], south[:, None]), 1)
     scene = tmp_path / "scene.toml"
-    scene.write_text(
-        f'name = "ramp"\nsoil = "lunar_sourcebook"\n[base]\nkind = "dem"\nfile = "{file}"\norigin = [1008.3, 4993.1]\n'
-    )
+    scene.write_text(f'name = "ramp"\nsoil = "lunar_sourcebook"\n[base]\nkind = "dem"\nfile = "{file}"\norigin = [1008.3, 4993.1]\n')
     terrain = build(scene)
 
     model = tmp_path / "model.db"

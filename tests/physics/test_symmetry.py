@@ -5,17 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import cart, plane
-
 from rille._solver import Simulation
+
+from machines import cart, plane
 from rille.model import Command, Pose, Scenario
 
 
 def drive_scenario(rover, speeds, **more):
     """Left and right wheels at their own speeds [rad/s] for 6 s."""
-    commands = tuple(
-        Command(drive=d.name, time=0.0, value=speeds["left" if "left" in d.name else "right"]) for d in rover.drives
-    )
+    commands = tuple(Command(drive=d.name, time=0.0, value=speeds["left" if "left" in d.name else "right"]) for d in rover.drives)
     return Scenario(
         name="drive",
         duration=6,

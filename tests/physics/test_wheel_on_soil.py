@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import LUNAR_SOIL, cart, plane
-
 from rille._solver import Simulation
+
+from machines import LUNAR_SOIL, cart, plane
 from rille.model import Scenario
 
 # The soils behind the golden table, model wong_reece (= bekker_wong): a0 = 0.4, a1 = 0.15 throughout. Shear moduli and exit
@@ -57,13 +57,9 @@ def test_a_wheel_at_rest_sinks_to_the_static_sinkage(make_model, rille_data, soi
     """
     with (rille_data / "reference/wheel_reference.csv").open() as file:
         row = next(
-            r
-            for r in csv.DictReader(file)
-            if (r["soil"], r["model"], r["load_kg"], float(r["slip"])) == (soil, "wong_reece", load_kg, 0.0)
+            r for r in csv.DictReader(file) if (r["soil"], r["model"], r["load_kg"], float(r["slip"])) == (soil, "wong_reece", load_kg, 0.0)
         )
-    scenario = Scenario(
-        name="rest", duration=2, step=1e-3, terrain="plane", placement="on_terrain", settle_time=10.0
-    )
+    scenario = Scenario(name="rest", duration=2, step=1e-3, terrain="plane", placement="on_terrain", settle_time=10.0)
     rover = cart(float(load_kg), float(row["r_m"]), float(row["b_m"]))
     simulation = Simulation(str(make_model(rover, scenario, plane(soil=SOILS[soil]))))
     assert simulation.settle() == "running"
@@ -82,16 +78,10 @@ def test_a_driven_wheel_obeys_the_golden_table_at_its_own_slip(make_model, rille
     from rille.model import Command
 
     with (rille_data / "reference/wheel_reference.csv").open() as file:
-        rows = [
-            r
-            for r in csv.DictReader(file)
-            if (r["soil"], r["model"], r["load_kg"]) == ("lunar_sourcebook", "wong_reece", "5")
-        ]
+        rows = [r for r in csv.DictReader(file) if (r["soil"], r["model"], r["load_kg"]) == ("lunar_sourcebook", "wong_reece", "5")]
     rover = cart(5.0, 0.15, 0.165)
     commands = tuple(Command(drive=d.name, time=0.0, value=0.5) for d in rover.drives)
-    scenario = Scenario(
-        name="drive", duration=10, step=1e-3, terrain="plane", placement="on_terrain", settle_time=10.0, commands=commands
-    )
+    scenario = Scenario(name="drive", duration=10, step=1e-3, terrain="plane", placement="on_terrain", settle_time=10.0, commands=commands)
     simulation = Simulation(str(make_model(rover, scenario, plane())))
     simulation.settle()
     assert simulation.step(10000) == "running"

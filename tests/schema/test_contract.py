@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import LUNAR_SOIL, box, cart, plane
 
+from machines import LUNAR_SOIL, box, cart, plane
 from rille import store
 from rille.model import (
     Differential,
@@ -99,7 +99,9 @@ def full_rover() -> Rover:
     """A rover that uses every table."""
     rover = cart(5.0, 0.15, 0.165)
     triangle = Mesh(vertices=np.eye(3, dtype=np.float32), triangles=np.array([[0, 1, 2]], np.int32), tolerance=1e-3)
-    part = Part(name="plate", volume=1e-3, properties=box("x", 2.7, (0, 0, 0), (0.1, 0.1, 0.1)).properties, material="steel", meshes=(triangle,))
+    part = Part(
+        name="plate", volume=1e-3, properties=box("x", 2.7, (0, 0, 0), (0.1, 0.1, 0.1)).properties, material="steel", meshes=(triangle,)
+    )
     wheels = (replace(rover.wheels[0], material="steel", grouser=Grouser(count=24, height=0.01, thickness=0.005)), *rover.wheels[1:])
     joints = (*rover.joints[:3], replace(rover.joints[3], limit=JointLimit(lower=-1.0, upper=2.0, provenance="measured")))
     drives = (Drive(name="d", joint=joints[0].name, mode="position", max_torque=1.0, max_speed=0.5, position_gain=3.0),)

@@ -8,8 +8,8 @@ import time
 from contextlib import closing
 
 import pytest
-from machines import cart, plane
 
+from machines import cart, plane
 from rille import store
 from rille.model import Command, Pose, Scenario
 from rille.simulate.run import find_solver
@@ -24,9 +24,7 @@ def model(tmp_path):
     store.write_rover(path, rover)
     store.write_terrain(path, plane())
     commands = tuple(Command(drive=d.name, time=0.0, value=0.001) for d in rover.drives)
-    scenario = Scenario(
-        name="long", duration=3600, terrain="plane", placement="on_terrain", settle_time=1.0, commands=commands
-    )
+    scenario = Scenario(name="long", duration=3600, terrain="plane", placement="on_terrain", settle_time=1.0, commands=commands)
     store.write_scenario(path, scenario)
     return path
 

@@ -77,7 +77,11 @@ def test_moved_by_whole_cells_it_is_the_same_bytes(name):
     terrain = ground(121, 161, 0.125)
     first = placed(name, x=0.25, y=-0.375, heading=0.7, terrain=terrain)
     moved = placed(
-        name, x=0.25 + 2.5, y=-0.375 - 1.25, heading=0.7, terrain=replace(terrain, x_west=terrain.x_west + 2.5, y_north=terrain.y_north - 1.25)
+        name,
+        x=0.25 + 2.5,
+        y=-0.375 - 1.25,
+        heading=0.7,
+        terrain=replace(terrain, x_west=terrain.x_west + 2.5, y_north=terrain.y_north - 1.25),
     )
     assert first.tobytes() == moved.tobytes()
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from machines import box, cart, plane
 
+from machines import box, cart, plane
 from rille.model import (
     BodyTrace,
     InputRefused,
@@ -26,7 +26,20 @@ def hand_made(n=41):
     """A cart that moves 4 m along x in 4 s at a slip of 0.2, and its rover with a cube as picture."""
     rover = cart(5.0, 0.15, 0.165)
     cube = np.array([[x, y, z] for x in (-0.3, 0.3) for y in (-0.2, 0.2) for z in (0.1, 0.4)], np.float32)
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    faces = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+        [1, 5, 7],
+        [1, 7, 3],
+    ]
     mesh = Mesh(vertices=cube, triangles=np.array(faces, np.int32), tolerance=1e-3)
     part = Part(name="cube", volume=0.07, properties=box("c", 1, (0, 0, 0), (1, 1, 1)).properties, color="#ff0000", meshes=(mesh,))
     rover = replace(rover, parts=(part,), instances=(PartInstance(path="cube", part="cube", body="chassis", pose=Pose()),))

@@ -86,9 +86,7 @@ def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) 
     rover = _Mechanism(page, assembly, owner, parts).rover()
     sources = (source_of(sheet, "rover", f"rille {__version__}"), source_of(step_file, "rover", f"rille {__version__}"))
     say("done", 1.0)
-    return Rover(
-        **{name: getattr(rover, name) for name in Rover.__dataclass_fields__ if name != "sources"}, sources=sources
-    )
+    return Rover(**{name: getattr(rover, name) for name in Rover.__dataclass_fields__ if name != "sources"}, sources=sources)
 
 
 def _matches(path: str, pattern: str) -> bool:
@@ -100,9 +98,7 @@ def _select(assembly: Assembly, pattern: str, subject: str) -> list[int]:
     found = [i for i, instance in enumerate(assembly.instances) if _matches(instance.path, pattern)]
     if not found:
         paths = [instance.path for instance in assembly.instances]
-        raise InputRefused(
-            f"{subject} names the part '{pattern}', which the assembly does not have; {nearest_names(pattern, paths)}"
-        )
+        raise InputRefused(f"{subject} names the part '{pattern}', which the assembly does not have; {nearest_names(pattern, paths)}")
     return found
 
 
@@ -120,12 +116,8 @@ def _moved(assembly: Assembly, page: RoverSheet) -> Assembly:
     for instance, shift in zip(assembly.instances, shifts, strict=True):
         matrix = instance.matrix.copy()
         matrix[:3, 3] += shift
-        instances.append(
-            PlacedPart(path=instance.path, prototype=instance.prototype, matrix=up @ matrix, color=instance.color)
-        )
-    return Assembly(
-        file=assembly.file, prototypes=assembly.prototypes, instances=tuple(instances), notes=assembly.notes
-    )
+        instances.append(PlacedPart(path=instance.path, prototype=instance.prototype, matrix=up @ matrix, color=instance.color))
+    return Assembly(file=assembly.file, prototypes=assembly.prototypes, instances=tuple(instances), notes=assembly.notes)
 
 
 def _assign(assembly: Assembly, page: RoverSheet) -> dict[int, str]:
@@ -141,9 +133,7 @@ def _assign(assembly: Assembly, page: RoverSheet) -> dict[int, str]:
                 if index in ignored:
                     continue
                 if owner.get(index, body.name) != body.name:
-                    raise InputRefused(
-                        f"instance '{path}' belongs to bodies '{owner[index]}' and '{body.name}'; narrow a pattern"
-                    )
+                    raise InputRefused(f"instance '{path}' belongs to bodies '{owner[index]}' and '{body.name}'; narrow a pattern")
                 owner[index] = body.name
     free = [instance.path for i, instance in enumerate(assembly.instances) if i not in owner and i not in ignored]
     if free:
@@ -156,9 +146,7 @@ def _check_part_rules(names: list[str], page: RoverSheet) -> None:
     """Every [[part]] must match a prototype in use: a rule that does nothing is a misspelt one."""
     for rule in page.part:
         if not any(fnmatch.fnmatchcase(name, rule.match) for name in names):
-            raise InputRefused(
-                f"a [[part]] names the part '{rule.match}', which no body uses; {nearest_names(rule.match, names)}"
-            )
+            raise InputRefused(f"a [[part]] names the part '{rule.match}', which no body uses; {nearest_names(rule.match, names)}")
 
 
 def _positive(value: float | int | str, kind: str, what: str) -> float:
@@ -256,13 +244,8 @@ class _Mechanism:
 
     def _materials(self) -> tuple[Material, ...]:
         """Materials of the sheet, and those of the CAD file that weigh a part."""
-        stated = [
-            Material(name=m.name, density=density_of(m.name, "the sheet", self.page), source=m.source)
-            for m in self.page.material
-        ]
-        found = {
-            p.material.name: p.material for i in self.parts if (p := self.assembly.prototypes[i]).material is not None
-        }
+        stated = [Material(name=m.name, density=density_of(m.name, "the sheet", self.page), source=m.source) for m in self.page.material]
+        found = {p.material.name: p.material for i in self.parts if (p := self.assembly.prototypes[i]).material is not None}
         used = {part.material for part in self.parts.values()} - {m.name for m in stated}
         return (*stated, *(found[name] for name in sorted(set(found) & used)))
 
@@ -274,9 +257,7 @@ class _Mechanism:
     def _known(self, name: str, known: Iterable[str], what: str, subject: str) -> str:
         names = list(known)
         if name not in names:
-            raise InputRefused(
-                f"{subject} names the {what} '{name}', which is not on the sheet; {nearest_names(name, names)}"
-            )
+            raise InputRefused(f"{subject} names the {what} '{name}', which is not on the sheet; {nearest_names(name, names)}")
         return name
 
     def _point(self, values: list[float | int | str], what: str) -> Vector:
@@ -318,9 +299,7 @@ class _Mechanism:
             child = self._known(joint.child, self.bodies, "body", subject)
             other = next((j for j in self.joints.values() if j.child == child), None)
             if other is not None:
-                raise InputRefused(
-                    f"body '{child}' is the child of joint '{other.name}' and of {subject}; a body has one carrier"
-                )
+                raise InputRefused(f"body '{child}' is the child of joint '{other.name}' and of {subject}; a body has one carrier")
             self.joints[joint.name] = Joint(
                 name=joint.name,
                 kind=joint.kind,
@@ -338,17 +317,13 @@ class _Mechanism:
             seen, at = [body], carrier.get(body)
             while at is not None:
                 if at in seen:
-                    raise InputRefused(
-                        f"body '{body}' is carried by a circle of joints ({' <- '.join([*seen, at])}); cut one"
-                    )
+                    raise InputRefused(f"body '{body}' is carried by a circle of joints ({' <- '.join([*seen, at])}); cut one")
                 seen.append(at)
                 at = carrier.get(at)
         roots = [body for body in self.bodies if body not in carrier]
         held = [j.child for j in self.joints.values() if j.parent is None]
         if len(roots) > 1 or (roots and held):
-            raise InputRefused(
-                f"bodies {', '.join(repr(b) for b in [*roots, *held])} are not joined to each other; add a [[joint]]"
-            )
+            raise InputRefused(f"bodies {', '.join(repr(b) for b in [*roots, *held])} are not joined to each other; add a [[joint]]")
 
     def _differentials(self) -> tuple[Differential, ...]:
         for d in self.page.differential:
@@ -360,16 +335,12 @@ class _Mechanism:
             for joint in (a, b):
                 if joint.kind != "hinge" or joint.parent != carrier:
                     raise InputRefused(
-                        f"{subject} needs hinges on its carrier '{carrier}'; "
-                        f"joint '{joint.name}' is {joint.kind} on '{joint.parent}'"
+                        f"{subject} needs hinges on its carrier '{carrier}'; joint '{joint.name}' is {joint.kind} on '{joint.parent}'"
                     )
             if abs(abs(float(np.dot(a.axis, b.axis))) - 1) > 1e-6:
                 raise InputRefused(f"{subject} needs parallel hinges; the axes of '{a.name}' and '{b.name}' are not")
         self._unique([d.name for d in self.page.differential], "differential")
-        return tuple(
-            Differential(name=d.name, carrier=d.carrier, joint_a=d.joint_a, joint_b=d.joint_b)
-            for d in self.page.differential
-        )
+        return tuple(Differential(name=d.name, carrier=d.carrier, joint_a=d.joint_a, joint_b=d.joint_b) for d in self.page.differential)
 
     def _gears(self) -> tuple[Gear, ...]:
         gears = []
@@ -378,9 +349,7 @@ class _Mechanism:
             a, b = (self._known(name, self.joints, "joint", subject) for name in (g.joint_a, g.joint_b))
             ratio = to_si(g.ratio, "dimensionless", f"ratio of {subject}")
             if a == b or ratio == 0:
-                raise InputRefused(
-                    f"{subject} has ratio {ratio:g} between '{a}' and '{b}'; give two joints and a ratio other than 0"
-                )
+                raise InputRefused(f"{subject} has ratio {ratio:g} between '{a}' and '{b}'; give two joints and a ratio other than 0")
             gears.append(Gear(name=g.name, joint_a=a, joint_b=b, ratio=ratio))
         self._unique([gear.name for gear in gears], "gear")
         return tuple(gears)
@@ -392,9 +361,7 @@ class _Mechanism:
             subject = f"drive '{name}'"
             joint = self.joints[self._known(drive.joint, self.joints, "joint", subject)]
             if joint.kind not in ("hinge", "prismatic"):
-                raise InputRefused(
-                    f"{subject} acts on joint '{joint.name}', which is {joint.kind}; use a hinge or prismatic joint"
-                )
+                raise InputRefused(f"{subject} acts on joint '{joint.name}', which is {joint.kind}; use a hinge or prismatic joint")
             effort, speed = ("N", "m/s") if joint.kind == "prismatic" else ("N m", "rad/s")
             drives.append(
                 Drive(
@@ -402,9 +369,7 @@ class _Mechanism:
                     joint=joint.name,
                     mode=drive.mode,
                     max_torque=_positive(drive.max_torque, effort, f"max_torque of {subject}"),
-                    max_speed=None
-                    if drive.max_speed is None
-                    else _positive(drive.max_speed, speed, f"max_speed of {subject}"),
+                    max_speed=None if drive.max_speed is None else _positive(drive.max_speed, speed, f"max_speed of {subject}"),
                     position_gain=_positive(drive.position_gain, "1/s", f"position_gain of {subject}"),
                 )
             )
@@ -418,9 +383,7 @@ class _Mechanism:
             subject = f"wheel '{name}'"
             joint = self.joints[self._known(wheel.joint, self.joints, "joint", subject)]
             if joint.kind != "hinge":
-                raise InputRefused(
-                    f"{subject} turns on joint '{joint.name}', which is {joint.kind}; a wheel needs a hinge"
-                )
+                raise InputRefused(f"{subject} turns on joint '{joint.name}', which is {joint.kind}; a wheel needs a hinge")
             size = {key: _positive(getattr(wheel, key), "length", f"{key} of {subject}") for key in ("radius", "width")}
             grouser = None
             if wheel.grousers is not None:
@@ -435,9 +398,7 @@ class _Mechanism:
                     name=name,
                     joint=joint.name,
                     center=joint.point if wheel.center is None else self._point(wheel.center, f"center of {subject}"),
-                    material=None
-                    if wheel.material is None
-                    else self._known(wheel.material, materials, "material", subject),
+                    material=None if wheel.material is None else self._known(wheel.material, materials, "material", subject),
                     grouser=grouser,
                     **size,
                 )
@@ -461,7 +422,5 @@ def _limit(kind: str, lower: object, upper: object, subject: str) -> JointLimit 
     quantity = "angle" if kind == "hinge" else "length"
     low, high = (to_si(v, quantity, f"limit of {subject}") for v in (lower, upper))
     if low >= high:
-        raise InputRefused(
-            f"{subject} has the lower limit {low:g} and the upper limit {high:g}; lower must be below upper"
-        )
+        raise InputRefused(f"{subject} has the lower limit {low:g} and the upper limit {high:g}; lower must be below upper")
     return JointLimit(lower=low, upper=high)

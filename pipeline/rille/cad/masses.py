@@ -30,15 +30,11 @@ def part_properties(
     mass_rule = next((r for r in rules if r.mass is not None), None)
     material = next((r.material for r in rules if r.material is not None), None)
     if volume.n_solids == 0:
-        raise InputRefused(
-            f"part '{name}' has no solid, so it has no mass; put its instances on the sheet's `ignore` list"
-        )
+        raise InputRefused(f"part '{name}' has no solid, so it has no mass; put its instances on the sheet's `ignore` list")
     if mass_rule is not None:
         return _stated(name, volume, mass_rule), material
     if any(rule.inertia is not None for rule in rules):
-        raise InputRefused(
-            f"part '{name}' has a stated inertia but no stated mass; state its mass in the same [[part]]"
-        )
+        raise InputRefused(f"part '{name}' has a stated inertia but no stated mass; state its mass in the same [[part]]")
     provenance: Provenance
     if material is not None:
         used, density, provenance = material, density_of(material, f"part '{name}'", sheet), "geometry"
@@ -48,9 +44,7 @@ def part_properties(
         used, provenance = sheet.default_material, "default"
         density = density_of(used, "default_material", sheet)
     else:
-        raise InputRefused(
-            f"part '{name}' has neither a mass nor a material; add a [[part]] or a default_material to the sheet"
-        )
+        raise InputRefused(f"part '{name}' has neither a mass nor a material; add a [[part]] or a default_material to the sheet")
     properties = MassProperties(
         mass=density * volume.volume,
         com=volume.com,
@@ -65,9 +59,7 @@ def density_of(material: str, subject: str, sheet: RoverSheet) -> float:
     """Density [kg/m^3] of a material of the sheet."""
     known = {m.name: m for m in sheet.material}
     if material not in known:
-        raise InputRefused(
-            f"{subject} names the material '{material}', which is not on the sheet; {nearest_names(material, known)}"
-        )
+        raise InputRefused(f"{subject} names the material '{material}', which is not on the sheet; {nearest_names(material, known)}")
     density = to_si(known[material].density, "density", f"density of material '{material}'")
     if density <= 0:
         raise InputRefused(f"density of material '{material}' is {density:g} kg/m^3; it must be above 0")
@@ -91,9 +83,7 @@ def _stated(name: str, volume: VolumeProperties, rule: PartSheet) -> MassPropert
         xx, yy, zz, xy, xz, yz = (to_si(v, "inertia", f"inertia of part '{name}'") for v in rule.inertia)
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         check_inertia(inertia, f"part '{name}'")
-    return MassProperties(
-        mass=mass, com=volume.com, inertia=inertia, mass_provenance="stated", inertia_provenance=provenance
-    )
+    return MassProperties(mass=mass, com=volume.com, inertia=inertia, mass_provenance="stated", inertia_provenance=provenance)
 
 
 def check_inertia(inertia: NDArray[np.float64], subject: str) -> None:
@@ -108,17 +98,13 @@ def check_inertia(inertia: NDArray[np.float64], subject: str) -> None:
         )
 
 
-def placed(
-    properties: MassProperties, matrix: NDArray[np.float64]
-) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+def placed(properties: MassProperties, matrix: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
     """Mass, centre and inertia of a part, seen from the frame that ``matrix`` (4, 4) places it in."""
     rotation = matrix[:3, :3]
     return properties.mass, rotation @ properties.com + matrix[:3, 3], rotation @ properties.inertia @ rotation.T
 
 
-def body_properties(
-    parts: Sequence[tuple[MassProperties, NDArray[np.float64]]], stated_mass: float | None
-) -> MassProperties:
+def body_properties(parts: Sequence[tuple[MassProperties, NDArray[np.float64]]], stated_mass: float | None) -> MassProperties:
     """Composite of placed parts; a stated mass of the body rescales it. The weakest provenance of the parts is kept."""
     mass, com, inertia = compose([placed(properties, matrix) for properties, matrix in parts])
     mass_source = STRENGTH[max(STRENGTH.index(p.mass_provenance) for p, _ in parts)]

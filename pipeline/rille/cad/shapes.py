@@ -16,9 +16,7 @@ def wheel_shape(wheel: Wheel, joint: Joint, body: str) -> CollisionShape:
     q = np.array([w, *np.cross(z, axis)]) if w > 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])
     q /= np.linalg.norm(q)
     pose = Pose(position=wheel.center, rotation=(float(q[0]), float(q[1]), float(q[2]), float(q[3])))
-    return CollisionShape(
-        body=body, kind="cylinder", pose=pose, size=(wheel.radius, wheel.width), material=wheel.material
-    )
+    return CollisionShape(body=body, kind="cylinder", pose=pose, size=(wheel.radius, wheel.width), material=wheel.material)
 
 
 def body_shape(body: str, vertices: NDArray[np.float64]) -> CollisionShape:

@@ -85,9 +85,7 @@ def read_document(document: Any, path: Path) -> Assembly:
     reader.visit_roots()
     if not any(p.n_solids for p in reader.prototypes):
         raise InputRefused(f"'{path}' has no solid, so nothing in it has a mass; export solids, not surfaces")
-    return Assembly(
-        file=path, prototypes=tuple(reader.prototypes), instances=tuple(reader.instances), notes=tuple(reader.notes)
-    )
+    return Assembly(file=path, prototypes=tuple(reader.prototypes), instances=tuple(reader.instances), notes=tuple(reader.notes))
 
 
 def _load(path: Path) -> Any:
@@ -178,9 +176,7 @@ class _Reader:
             n_solids = len(solids(own))
             name = _unique(_name_of(label) or self.path.stem, self._names)
             if n_solids == 0:
-                self.notes.append(
-                    f"part '{name}' has no solid (free shells or curves): it has no mass and is only seen"
-                )
+                self.notes.append(f"part '{name}' has no solid (free shells or curves): it has no mass and is only seen")
             self._index[key] = len(self.prototypes)
             self.prototypes.append(
                 Prototype(
@@ -273,8 +269,6 @@ def _matrix(location: Any, path: str) -> NDArray[np.float64]:
             "by moving it: mirror the shape in CAD and export it as a part of its own"
         )
     if abs(determinant - 1) > 1e-6:
-        raise InputRefused(
-            f"instance '{path}' is placed with a scale ({determinant:.6g} in volume); scale the shape in CAD"
-        )
+        raise InputRefused(f"instance '{path}' is placed with a scale ({determinant:.6g} in volume); scale the shape in CAD")
     matrix[:3, 3] *= MM
     return matrix

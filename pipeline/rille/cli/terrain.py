@@ -7,13 +7,17 @@ import typer
 
 from rille.cli.talk import Force, Json, print_json, progress, say
 
-app = typer.Typer(no_args_is_help=True, help="Compose ground from measured DEMs and landforms.\n\nExample: rille terrain build scene.toml -o rover.db")
+app = typer.Typer(
+    no_args_is_help=True, help="Compose ground from measured DEMs and landforms.\n\nExample: rille terrain build scene.toml -o rover.db"
+)
 
 
 @app.command("build")
 def build(
     scene: Annotated[Path, typer.Argument(help="Scene (TOML): base, landforms, soils.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Database; made if absent, else the terrain of that name is replaced.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Database; made if absent, else the terrain of that name is replaced.")
+    ] = None,
     geotiff: Annotated[Path | None, typer.Option(help="Also write the heights as GeoTIFF.")] = None,
     force: Force = False,
     as_json: Json = False,

@@ -63,6 +63,7 @@ __all__ = [
     "SourceFile",
     "Terrain",
     "Trace",
+    "Wheel",
     "WheelTrace",
     "nearest_names",
 ]

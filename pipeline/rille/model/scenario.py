@@ -1,6 +1,6 @@
 """A scenario: where the rover starts, what it is commanded, for how long, under which gravity."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from rille.model.rover import Pose, SourceFile, Vector
@@ -42,7 +42,7 @@ class Scenario:
     terrain: str | None = None
     placement: Literal["on_terrain", "as_given"] = "as_given"
     settle_time: float = 0.0
-    start: Pose = Pose()
+    start: Pose = field(default_factory=Pose)
     start_velocity: Vector = (0.0, 0.0, 0.0)
     start_angular_velocity: Vector = (0.0, 0.0, 0.0)
     initial_states: tuple[InitialJointState, ...] = ()

@@ -4,8 +4,9 @@ import hashlib
 import os
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -43,7 +44,7 @@ def read_sheet(path: Path, kind: type[S]) -> S:
         raise InputRefused(f"'{path}': {_sentence(first, kind)}") from None
 
 
-def _sentence(error: dict, kind: type[Sheet]) -> str:
+def _sentence(error: Mapping[str, Any], kind: type[Sheet]) -> str:
     place = [str(part) if isinstance(part, str) else f"[{part + 1}]" for part in error["loc"]]
     where = ".".join(place).replace(".[", "[")
     if error["type"] == "extra_forbidden":

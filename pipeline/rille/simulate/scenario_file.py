@@ -135,8 +135,10 @@ def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> li
     for pattern in entry.drives:
         matched = fnmatch.filter(drive_modes, pattern)
         if not matched:
-            raise InputRefused(f"scenario '{scenario}' commands the drive '{pattern}', which the model does not have; "
-                               f"{nearest_names(pattern, drive_modes)}")
+            raise InputRefused(
+                f"scenario '{scenario}' commands the drive '{pattern}', which the model does not have; "
+                f"{nearest_names(pattern, drive_modes)}"
+            )
         for drive in matched:
             expected: Sequence[str] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}[drive_modes[drive]]
             commands.append(Command(drive=drive, time=time, value=_value_for(entry.value, expected, drive)))

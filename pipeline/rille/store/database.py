@@ -74,9 +74,7 @@ def _probe(path: Path, *, may_be_older: bool) -> int:
             application = connection.execute("PRAGMA application_id").fetchone()[0]
             version = connection.execute("PRAGMA user_version").fetchone()[0]
             if application != APPLICATION_ID:
-                raise InputRefused(
-                    f"'{path}' is a database of another program (application_id {application}, rille's is {APPLICATION_ID})"
-                )
+                raise InputRefused(f"'{path}' is a database of another program (application_id {application}, rille's is {APPLICATION_ID})")
             health = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
     except sqlite3.DatabaseError as error:
         raise InputRefused(f"'{path}' cannot be read: {error}; it is damaged or truncated, restore it from a copy") from error
@@ -85,9 +83,7 @@ def _probe(path: Path, *, may_be_older: bool) -> int:
     if version > schema_version():
         raise InputRefused(f"'{path}' has schema version {version}, newer than {schema_version()}; upgrade rille")
     if version < schema_version() and not may_be_older:
-        raise InputRefused(
-            f"'{path}' has schema version {version}, older than {schema_version()}; run `rille db migrate {path}`"
-        )
+        raise InputRefused(f"'{path}' has schema version {version}, older than {schema_version()}; run `rille db migrate {path}`")
     return version
 
 

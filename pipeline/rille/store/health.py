@@ -50,9 +50,7 @@ def check(path: Path) -> list[str]:
     """
     problems = []
     with reading(path) as connection:
-        problems += [
-            f"the file is damaged: {row[0]}" for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"
-        ]
+        problems += [f"the file is damaged: {row[0]}" for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
         problems += [
             f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that does not exist"
             for row in connection.execute("PRAGMA foreign_key_check")

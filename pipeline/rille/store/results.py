@@ -61,9 +61,7 @@ def read_trace(path: Path, run_id: int | None = None) -> Trace:
             BodyTrace(name=n, position=v[:, :3], rotation=v[:, 3:7], velocity=v[:, 7:10], angular_velocity=v[:, 10:13])
             for n, v in bodies.items()
         ),
-        joints=tuple(
-            JointTrace(name=n, position=v[:, 0], velocity=v[:, 1], effort=v[:, 2], work=v[:, 3]) for n, v in joints.items()
-        ),
+        joints=tuple(JointTrace(name=n, position=v[:, 0], velocity=v[:, 1], effort=v[:, 2], work=v[:, 3]) for n, v in joints.items()),
         wheels=tuple(
             WheelTrace(
                 name=n,

@@ -291,8 +291,7 @@ class _Reader:
     def __init__(self, connection: sqlite3.Connection) -> None:
         self.connection = connection
         self.names = {
-            table: dict(connection.execute(f"SELECT id, name FROM {table}").fetchall())
-            for table in ("material", "part", "body", "joint")
+            table: dict(connection.execute(f"SELECT id, name FROM {table}").fetchall()) for table in ("material", "part", "body", "joint")
         }
 
     def rows(self, sql: str) -> list[sqlite3.Row]:

@@ -109,8 +109,7 @@ def read_scenario(path: Path, name: str | None = None) -> Scenario:
 
 def _read(connection: sqlite3.Connection, name: str) -> Scenario:
     row = connection.execute(
-        "SELECT scenario.*, terrain.name AS terrain FROM scenario LEFT JOIN terrain ON terrain.id = terrain_id "
-        "WHERE scenario.name = ?",
+        "SELECT scenario.*, terrain.name AS terrain FROM scenario LEFT JOIN terrain ON terrain.id = terrain_id WHERE scenario.name = ?",
         (name,),
     ).fetchone()
     states = connection.execute(
@@ -136,9 +135,7 @@ def _read(connection: sqlite3.Connection, name: str) -> Scenario:
         start=Pose(position=(start[0], start[1], start[2]), rotation=(start[3], start[4], start[5], start[6])),
         start_velocity=(start[7], start[8], start[9]),
         start_angular_velocity=(start[10], start[11], start[12]),
-        initial_states=tuple(
-            InitialJointState(joint=s["name"], position=s["position"], velocity=s["velocity"]) for s in states
-        ),
+        initial_states=tuple(InitialJointState(joint=s["name"], position=s["position"], velocity=s["velocity"]) for s in states),
         commands=tuple(Command(drive=c["name"], time=c["time"], value=c["value"]) for c in commands),
         sources=read_sources(connection, f"scenario {name}"),
     )

@@ -89,8 +89,7 @@ def _write_soil(connection: sqlite3.Connection, soil: Soil) -> int:
     for column, value in row.items():
         if present[column] != value:
             raise InputRefused(
-                f"soil '{soil.name}' has {column} = {value}, but the database holds {present[column]} under that name; "
-                "rename the soil"
+                f"soil '{soil.name}' has {column} = {value}, but the database holds {present[column]} under that name; rename the soil"
             )
     return present["id"]
 
@@ -198,9 +197,7 @@ def _read(connection: sqlite3.Connection, row: sqlite3.Row) -> Terrain:
         y_north=row["y_north"],
         soil=soils[row["soil_id"]]["name"],
         soils=tuple(
-            Soil(name=soil["name"], **{column: soil[column] for column in SOIL_COLUMNS})
-            for key, soil in soils.items()
-            if key in used
+            Soil(name=soil["name"], **{column: soil[column] for column in SOIL_COLUMNS}) for key, soil in soils.items() if key in used
         ),
         pairs=tuple(
             MaterialPair(response=p["response"], material=materials.get(p["material_id"]), soil=soils[p["soil_id"]]["name"])

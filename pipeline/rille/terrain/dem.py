@@ -99,7 +99,8 @@ def write_geotiff(terrain: Terrain, path: Path) -> None:
             width=terrain.heights.shape[1],
             count=1,
             dtype="float64",
-            crs=terrain.crs or 'ENGCRS["rille local",EDATUM["start of the scene"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]',
+            crs=terrain.crs
+            or 'ENGCRS["rille local",EDATUM["start of the scene"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]',
             transform=Affine(terrain.posting_x, 0, corner_x, 0, -terrain.posting_y, corner_y),
             nodata=float("nan"),
             tiled=True,

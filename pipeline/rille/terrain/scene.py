@@ -169,7 +169,9 @@ def stamp(heights: Array, terrain: Terrain, instance: LandformInstance) -> None:
     n_rows, n_cols = heights.shape
     column = (instance.x - terrain.x_west) / terrain.posting_x
     row = (terrain.y_north - instance.y) / terrain.posting_y
-    j0, j1 = (int(np.clip(v, 0, n_cols)) for v in (np.ceil(column - reach / terrain.posting_x), np.floor(column + reach / terrain.posting_x) + 1))
+    j0, j1 = (
+        int(np.clip(v, 0, n_cols)) for v in (np.ceil(column - reach / terrain.posting_x), np.floor(column + reach / terrain.posting_x) + 1)
+    )
     i0, i1 = (int(np.clip(v, 0, n_rows)) for v in (np.ceil(row - reach / terrain.posting_y), np.floor(row + reach / terrain.posting_y) + 1))
     if j0 >= j1 or i0 >= i1:
         return
@@ -200,12 +202,9 @@ def _base(page: SceneSheet, scene: Path, known: dict[str, Soil]) -> Terrain:
     east, north = (to_si(v, "length", "center of the base") for v in sheet.center)
     posting = to_si(sheet.posting, "length", "posting of the base")
     shape = _shape(width, height, posting, posting)
-    x = east + (np.arange(shape[1]) - (shape[1] - 1) / 2) * posting
-    y = north - (np.arange(shape[0]) - (shape[0] - 1) / 2) * posting
+    x, y = _axes(shape, (posting, posting), (east - (shape[1] - 1) / 2 * posting, north + (shape[0] - 1) / 2 * posting))
     if sheet.kind == "fractal":
-        heights = ground.fractal(
-            shape, posting, sheet.hurst, to_si(sheet.median_slope, "angle", "median_slope of the base"), sheet.seed
-        )
+        heights = ground.fractal(shape, posting, sheet.hurst, to_si(sheet.median_slope, "angle", "median_slope of the base"), sheet.seed)
     else:
         slope = to_si(sheet.slope, "angle", "slope of the base") if sheet.kind == "plane" else 0.0
         heights = ground.plane(x, y, slope, to_si(sheet.direction, "angle", "direction of the base"))
@@ -222,6 +221,13 @@ def _base(page: SceneSheet, scene: Path, known: dict[str, Soil]) -> Terrain:
         source=f"synthetic: {sheet.kind}" + (f", seed {sheet.seed}" if sheet.kind == "fractal" else ""),
         sources=sources,
     )
+
+
+def _axes(shape: tuple[int, int], posting: tuple[float, float], corner: tuple[float, float]) -> tuple[Array, Array]:
+    """Coordinates of columns (n_cols,) and rows (n_rows,), descending, from the north-west value."""
+    x = np.arange(shape[1], dtype=np.float64) * posting[0] + corner[0]
+    y = corner[1] - np.arange(shape[0], dtype=np.float64) * posting[1]
+    return np.asarray(x, np.float64), np.asarray(y, np.float64)
 
 
 def _shape(width: float, height: float, posting_x: float, posting_y: float) -> tuple[int, int]:
@@ -316,8 +322,7 @@ def _region(whole: Terrain, sheet: BaseSheet) -> Terrain:
             raise _outside(whole)
         heights = whole.heights[i : i + shape[0], j : j + shape[1]]
     else:
-        x = x_west + posting_x * np.arange(shape[1])
-        y = y_north - posting_y * np.arange(shape[0])
+        x, y = _axes(shape, (posting_x, posting_y), (x_west, y_north))
         heights = height_at(whole, x[None, :], y[:, None])
         if np.isnan(heights).any():
             raise _outside(whole)
@@ -327,6 +332,6 @@ def _region(whole: Terrain, sheet: BaseSheet) -> Terrain:
 def _outside(whole: Terrain) -> InputRefused:
     n_rows, n_cols = whole.heights.shape
     return InputRefused(
-        f"the region reaches beyond the DEM, which spans x {whole.x_west:.1f} to {whole.x_west + (n_cols - 1) * whole.posting_x:.1f} m and y "
-        f"{whole.y_north - (n_rows - 1) * whole.posting_y:.1f} to {whole.y_north:.1f} m around its origin; change center or size"
+        f"the region reaches beyond the DEM, which spans x {whole.x_west:.1f} to {whole.x_west + (n_cols - 1) * whole.posting_x:.1f} m "
+        f"and y {whole.y_north - (n_rows - 1) * whole.posting_y:.1f} to {whole.y_north:.1f} m around its origin; change center or size"
     )

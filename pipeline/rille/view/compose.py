@@ -77,10 +77,10 @@ def shadow_items(items: list[Item], patch: Patch, sun: Array) -> list[Item]:
     shadows = []
     for item in items:
         fallen = item.vertices.copy()
-        drop = fallen[:, 2] - patch.height(fallen[:, 0], fallen[:, 1])
-        for _ in range(4):  # the ground below the foot of the ray, found by going there
-            foot = item.vertices - np.maximum(drop, 0)[:, None] / sun[2] * sun
+        foot = item.vertices
+        for _ in range(5):  # the ground below the foot of the ray, found by going there
             drop = item.vertices[:, 2] - patch.height(foot[:, 0], foot[:, 1])
+            foot = item.vertices - np.maximum(drop, 0)[:, None] / sun[2] * sun
         fallen[:, :2] = foot[:, :2]
         fallen[:, 2] = patch.height(foot[:, 0], foot[:, 1]) + 0.012
         shadows.append(Item(vertices=fallen, triangles=item.triangles, color="#17171a", lit=False))

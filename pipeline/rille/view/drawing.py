@@ -71,7 +71,9 @@ def draw(pictures: dict[Path, Drawing]) -> list[str]:
                     arrays[key + "c"] = item.rgb
                 if item.values is not None:
                     arrays[key + "s"] = item.values
-                items.append({"key": key, "color": item.color, "opacity": item.opacity, "lit": item.lit, "title": item.title, "limits": item.limits})
+                items.append(
+                    {"key": key, "color": item.color, "opacity": item.opacity, "lit": item.lit, "title": item.title, "limits": item.limits}
+                )
             camera = drawing.camera
             sheets.append(
                 {

@@ -11,7 +11,11 @@ MOVING = 1e-4  # [m/s] below this speed of rim and centre a wheel's slip is not 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WheelSummary:
-    """mean_slip_ratio [-] over the times at which the wheel moved (signed); max_sinkage [m]; mean_normal_load [N]; mean_drive_torque [N m]."""
+    """A wheel in numbers.
+
+    mean_slip_ratio : [-] over the times at which the wheel moved, signed. max_sinkage : [m]. mean_normal_load : [N].
+    mean_drive_torque : [N m].
+    """
 
     name: str
     mean_slip_ratio: float
@@ -41,9 +45,16 @@ class Summary:
 
     def lines(self) -> list[str]:
         """For people."""
-        lines = [f"{'status':<24} {self.status}", f"{'simulated time':<24} {self.duration:.2f} s", f"{'distance':<24} {self.distance:.3f} m"]
+        lines = [
+            f"{'status':<24} {self.status}",
+            f"{'simulated time':<24} {self.duration:.2f} s",
+            f"{'distance':<24} {self.distance:.3f} m",
+        ]
         if self.wheels:
-            lines.append(f"{'energy of the drives':<24} {self.energy:.1f} J" + (f" ({self.energy / self.distance:.1f} J/m)" if self.distance > 0.01 else ""))
+            lines.append(
+                f"{'energy of the drives':<24} {self.energy:.1f} J"
+                + (f" ({self.energy / self.distance:.1f} J/m)" if self.distance > 0.01 else "")
+            )
             lines.append(f"{'maximal sinkage':<24} {1e3 * (self.max_sinkage or 0):.1f} mm")
             lines.append("")
             lines.append(f"{'wheel':<24} {'mean slip ratio':>15} {'max sinkage':>14} {'mean load':>12} {'mean torque':>14}")
