@@ -134,7 +134,7 @@ def test_free_shells_are_reported_and_refused_in_a_body(write_step, tmp_path):
     sheet = tmp_path / "mixed.toml"
     sheet.write_text(head + '[[body]]\nname = "b"\nparts = ["box"]\n')
     said: list[str] = []
-    rover = build(sheet, progress=lambda what, fraction: said.append(what))
+    rover = build(sheet, note=said.append)
     assert rover.bodies[0].properties.mass == pytest.approx(50e-6, rel=1e-9)
     assert rover.bodies[0].properties.mass_provenance == "default"
     assert any("part 'label' has no solid" in what for what in said)

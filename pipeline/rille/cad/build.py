@@ -47,13 +47,19 @@ _UP: dict[str, Matrix] = {
 }
 
 
-def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) -> Rover:
+def build(
+    sheet: Path,
+    *,
+    progress: Callable[[str, float], None] | None = None,
+    note: Callable[[str], None] | None = None,
+) -> Rover:
     """Build a mechanism from a sheet and the STEP file that it names.
 
     Parameters
     ----------
     sheet : path of the TOML sheet (see :mod:`rille.cad.sheet`).
     progress : called with what is being done and the fraction done.
+    note : called with a sentence about whatever of the file was left out.
 
     Returns
     -------
@@ -64,13 +70,14 @@ def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) 
     InputRefused : with one sentence for whatever cannot be used.
     """
     say = progress or (lambda what, fraction: None)
+    tell = note or (lambda sentence: None)
     sheet = Path(sheet)
     page = read_sheet(sheet, RoverSheet)
     step_file = expand(page.step, sheet.parent)
     say("reading STEP", 0.0)
     assembly = _moved(read_step(step_file), page)
-    for note in assembly.notes:
-        say(note, 0.3)
+    for sentence in assembly.notes:
+        tell(sentence)
     say("assigning parts to bodies", 0.3)
     owner = _assign(assembly, page)
     used = sorted({assembly.instances[i].prototype for i in owner})
@@ -90,7 +97,9 @@ def build(sheet: Path, *, progress: Callable[[str, float], None] | None = None) 
 
 
 def _matches(path: str, pattern: str) -> bool:
-    """A pattern names an instance, or a sub-assembly with everything in it."""
+    """A pattern names an instance, or a sub-assembly with everything in it; names with brackets match themselves, too."""
+    if path == pattern or path.startswith(pattern + "/"):
+        return True
     return fnmatch.fnmatchcase(path, pattern) or fnmatch.fnmatchcase(path, pattern + "/*")
 
 

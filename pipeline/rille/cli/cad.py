@@ -27,7 +27,7 @@ def build(
 
     target = output or sheet.with_suffix(".db")
     with progress(f"building {sheet.name}") as update:
-        rover = cad.build(sheet, progress=update)
+        rover = cad.build(sheet, progress=update, note=say)
     if not target.exists():
         store.create(target)
     store.write_rover(target, rover, replace=force)

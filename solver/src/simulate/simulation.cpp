@@ -298,23 +298,21 @@ Outcome Simulation::settle() {
 Outcome Simulation::step() {
   if (outcome_ != Outcome::running) return outcome_;
   read_commands();
-  if (advance(false) != Outcome::running) return outcome_;
-  return outcome_;
+  return advance(false);
 }
 
 Snapshot Simulation::snapshot() const {
   const Rover& rover = model_->rover;
   Snapshot snapshot;
   snapshot.time = time();
-  auto& mechanism = const_cast<Mechanism&>(mechanism_);  // kinematics are a cache of the state
-  mechanism.update_kinematics();
-  for (std::size_t b = 0; b < rover.bodies.size(); ++b) snapshot.bodies.push_back(mechanism.body_state(static_cast<int>(b)));
+  mechanism_.update_kinematics();
+  for (std::size_t b = 0; b < rover.bodies.size(); ++b) snapshot.bodies.push_back(mechanism_.body_state(static_cast<int>(b)));
   snapshot.joints.resize(rover.joints.size());
   for (std::size_t j = 0; j < rover.joints.size(); ++j) {
     const JointKind kind = rover.joints[j].kind;
     if (kind != JointKind::hinge && kind != JointKind::prismatic) continue;
-    snapshot.joints[j].position = mechanism.joint_position(static_cast<int>(j));
-    snapshot.joints[j].velocity = mechanism.joint_velocity(static_cast<int>(j));
+    snapshot.joints[j].position = mechanism_.joint_position(static_cast<int>(j));
+    snapshot.joints[j].velocity = mechanism_.joint_velocity(static_cast<int>(j));
   }
   for (std::size_t d = 0; d < drives_.size(); ++d) {
     JointState& joint = snapshot.joints[static_cast<std::size_t>(rover.drives[d].joint)];

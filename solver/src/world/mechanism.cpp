@@ -287,7 +287,6 @@ Mechanism& Mechanism::operator=(Mechanism&&) noexcept = default;
 
 int Mechanism::dofs() const { return impl_->n_dofs; }
 bool Mechanism::held_by_world() const { return !impl_->floating(); }
-int Mechanism::root() const { return impl_->tree.root; }
 
 int Mechanism::dof_of(int joint) const {
   const Link& link = impl_->links[impl_->link_of_joint[joint]];
@@ -338,7 +337,7 @@ void Mechanism::set_root(const BodyState& root) {
   m.read_velocity();
 }
 
-void Mechanism::update_kinematics() {
+void Mechanism::update_kinematics() const {
   Impl& m = *impl_;
   m.world_to_local[0] = m.multibody->getWorldToBaseRot();
   m.local_origin[0] = m.multibody->getBasePos();
@@ -418,7 +417,7 @@ const VectorXd& Mechanism::free_velocity(double h, const VectorXd& effort) {
 
 const MatrixXd& Mechanism::mass_matrix() const { return impl_->mass_matrix; }
 
-void Mechanism::update_mass_matrix() {
+void Mechanism::update_mass_matrix() const {
   Impl& m = *impl_;
   const std::size_t n_slots = m.masses.size();
   const Vector3d reference = m.p_WC[0];

@@ -33,7 +33,6 @@ class Mechanism {
 
   int dofs() const;            // n
   bool held_by_world() const;  // no free root
-  int root() const;            // index of the free root body, -1 if held by the world
   int dof_of(int joint) const; // index in v of a hinge or prismatic joint, -1 for others
 
   MechanismState state() const;
@@ -42,8 +41,8 @@ class Mechanism {
   // Places the body frame of the free root. Does nothing to a mechanism that is held by the world.
   void set_root(const BodyState& root);
 
-  // Recomputes world poses and motion axes from the state; the queries below read them.
-  void update_kinematics();
+  // Recomputes world poses and motion axes (a cache of the state); the queries below read them.
+  void update_kinematics() const;
   BodyState body_state(int body) const;
   double joint_position(int joint) const;
   double joint_velocity(int joint) const;
@@ -57,7 +56,7 @@ class Mechanism {
   const Eigen::VectorXd& free_velocity(double h, const Eigen::VectorXd& effort);
   const Eigen::VectorXd& velocity() const;
   // Joint-space inertia by composite bodies in W (Featherstone 1987, ch. 7); lower triangle. Fixed root: unit block.
-  void update_mass_matrix();
+  void update_mass_matrix() const;
   const Eigen::MatrixXd& mass_matrix() const;
 
   // Appends to the open row the Jacobian of  scale_linear (velocity of p_W . direction) + scale_angular (omega . axis).
