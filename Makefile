@@ -29,28 +29,31 @@ help:  ## list the verbs
 setup: build  ## install what a bare machine lacks, and build
 
 .setup-system: Makefile
-	@missing=$$(for p in $(PACKAGES); do dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null | grep -qx installed || echo $$p; done)
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "rille needs Python 3.11 or newer, $(PYTHON) is older; set PYTHON=..."; exit 1; }
+	missing=$$(for p in $(PACKAGES); do dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null | grep -qx installed || echo $$p; done)
 	if [ -n "$$missing" ]; then
 	  echo "installing system packages: $$missing" | tr '\n' ' '; echo
-	  if [ "$$(id -u)" = 0 ]; then become=""; else become=sudo; fi
+	  if [ "$$(id -u)" = 0 ]; then become=""; elif command -v sudo >/dev/null; then become=sudo; else
+	    echo "they need root: apt-get install" $$missing; exit 1
+	  fi
 	  $$become apt-get update -q >/dev/null
 	  DEBIAN_FRONTEND=noninteractive $$become apt-get install -y -q --no-install-recommends $$missing >/dev/null
 	fi
 	touch $@
 
-.setup-python: .setup-system pyproject.toml pipeline/constraints.txt
+$(VENV)/.installed: .setup-system pyproject.toml pipeline/constraints.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	echo "installing Python packages into $(VENV) (first time: 1-2 minutes)"
 	$(BIN)/python -m pip install -q -c pipeline/constraints.txt nanobind scikit-build-core
 	touch $@
 
-.setup-build: .setup-python $(CPP_SOURCES)
+$(VENV)/.built: $(VENV)/.installed $(CPP_SOURCES)
 	@echo "building the solver"
 	$(BIN)/python -m pip install -q -c pipeline/constraints.txt --no-build-isolation \
 	  --config-settings=cmake.define.RILLE_TESTS=ON --config-settings=cmake.define.RILLE_BENCHMARK=ON -e '.[dev]'
 	touch $@
 
-build: .setup-build  ## build the solver and the package into .venv
+build: $(VENV)/.built  ## build the solver and the package into .venv
 
 demo: build  ## drive the example rover for 60 s over a composed terrain; table, pictures, paths
 	@mkdir -p $(OUT)/demo && rm -f $(OUT)/demo/rover.db*

@@ -167,6 +167,11 @@ def _positive(value: float | int | str, kind: str, what: str) -> float:
 
 def _part(assembly: Assembly, index: int, volume: VolumeProperties, page: RoverSheet, tolerance: float) -> Part:
     prototype = assembly.prototypes[index]
+    if volume.n_solids == 0:
+        where = next(instance.path for instance in assembly.instances if instance.prototype == index)
+        raise InputRefused(
+            f"part '{prototype.name}' has no solid, so it has no mass; put its instances on the sheet's `ignore` list, for example '{where}'"
+        )
     properties, material = part_properties(prototype.name, volume, page, prototype.material)
     digest = brep_hash(prototype.shape)
     mesh = tessellate(prototype.shape, tolerance)

@@ -29,8 +29,6 @@ def part_properties(
     rules = [rule for rule in sheet.part if fnmatch.fnmatchcase(name, rule.match)]
     mass_rule = next((r for r in rules if r.mass is not None), None)
     material = next((r.material for r in rules if r.material is not None), None)
-    if volume.n_solids == 0:
-        raise InputRefused(f"part '{name}' has no solid, so it has no mass; put its instances on the sheet's `ignore` list")
     if mass_rule is not None:
         return _stated(name, volume, mass_rule), material
     if any(rule.inertia is not None for rule in rules):

@@ -16,7 +16,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
+    rich_markup_mode=None,
     help="Planetary-rover simulation: CAD assembly + terrain -> one SQLite database -> solver -> results.\n\n"
     "Example: rille cad build examples/rover/rover.toml -o rover.db",
 )
