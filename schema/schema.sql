@@ -46,8 +46,8 @@ CREATE TABLE soil (
   exit_sinkage_ratio REAL NOT NULL DEFAULT 0 CHECK (exit_sinkage_ratio BETWEEN 0 AND 2),  -- [-] lambda in theta_r = -acos(1 - lambda z/r)
   density REAL NOT NULL CHECK (density > 0),                        -- [kg/m^3] bulk density
   damping REAL NOT NULL DEFAULT 30000 CHECK (damping >= 0),         -- [Pa s/m] pressure per speed of penetration
-  reece_cohesive_modulus REAL,                                      -- [-] Reece kc', absent = kc/c
-  reece_frictional_modulus REAL,                                    -- [-] Reece kphi', absent = kphi/(density g)
+  reece_cohesive_modulus REAL,                                      -- [-] Reece kc'; absent = kc read at the wheel's width
+  reece_frictional_modulus REAL,                                    -- [-] Reece kphi'; absent = kphi read at the wheel's width
   provenance TEXT NOT NULL CHECK (provenance IN ('stated', 'measured', 'geometry', 'cad_material', 'default')),  -- [-] kind of source
   source TEXT NOT NULL DEFAULT ''                                   -- [-] reference
 ) STRICT;

@@ -1,5 +1,7 @@
 """Small machines and grounds for tests, as model values."""
 
+from typing import Literal
+
 import numpy as np
 
 from rille.model import (
@@ -63,6 +65,8 @@ def free_arm() -> Rover:
     return Rover(bodies=bodies, joints=joints)
 
 
+Law = Literal["bekker", "bekker_wong", "reece"]
+
 LUNAR_SOIL = Soil(
     name="lunar_sourcebook",
     sinkage_exponent=1.0,
@@ -93,7 +97,7 @@ def cart(load_kg: float, radius: float, width: float) -> Rover:
     return Rover(bodies=tuple(bodies), joints=tuple(joints), drives=tuple(drives), wheels=tuple(wheels))
 
 
-def plane(slope_x: float = 0.0, slope_y: float = 0.0, soil: Soil = LUNAR_SOIL) -> Terrain:
+def plane(slope_x: float = 0.0, slope_y: float = 0.0, soil: Soil = LUNAR_SOIL, law: Law = "bekker_wong") -> Terrain:
     """Plane of 24 m x 16 m (non-square) with different postings, z = slope_x x + slope_y y."""
     n_rows, n_cols, posting_x, posting_y = 33, 25, 1.0, 0.5
     x_west, y_north = -12.0, 8.0
@@ -108,5 +112,5 @@ def plane(slope_x: float = 0.0, slope_y: float = 0.0, soil: Soil = LUNAR_SOIL) -
         y_north=y_north,
         soil=soil.name,
         soils=(soil,),
-        pairs=(MaterialPair(response="bekker_wong", soil=soil.name),),
+        pairs=(MaterialPair(response=law, soil=soil.name),),
     )

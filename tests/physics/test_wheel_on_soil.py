@@ -47,21 +47,21 @@ SOILS = {
 }
 
 
+@pytest.mark.parametrize("law", ["bekker", "bekker_wong", "reece"])
 @pytest.mark.parametrize("soil", SOILS)
-@pytest.mark.parametrize("load_kg", ["3", "5", "7", "20"])
-def test_a_wheel_at_rest_sinks_to_the_static_sinkage(make_model, rille_data, soil, load_kg):
+@pytest.mark.parametrize("load_kg", ["3", "20"])
+def test_a_wheel_at_rest_sinks_to_the_static_sinkage(make_model, rille_data, law, soil, load_kg):
     """Every wheel of a standing cart sinks as deep as the table says at zero slip.
 
     The cart settles until nothing moves faster than 0.1 mm/s and then stands for 2 s, some 40 time constants of the damped soil;
     what remains is the quadrature: 1e-8 relative at n = 1 and 1e-7 otherwise, so 1e-6 is asked for.
     """
+    wanted = (soil, "wong_reece" if law == "bekker_wong" else law, load_kg, 0.0)
     with (rille_data / "reference/wheel_reference.csv").open() as file:
-        row = next(
-            r for r in csv.DictReader(file) if (r["soil"], r["model"], r["load_kg"], float(r["slip"])) == (soil, "wong_reece", load_kg, 0.0)
-        )
+        row = next(r for r in csv.DictReader(file) if (r["soil"], r["model"], r["load_kg"], float(r["slip"])) == wanted)
     scenario = Scenario(name="rest", duration=2, step=1e-3, terrain="plane", placement="on_terrain", settle_time=10.0)
     rover = cart(float(load_kg), float(row["r_m"]), float(row["b_m"]))
-    simulation = Simulation(str(make_model(rover, scenario, plane(soil=SOILS[soil]))))
+    simulation = Simulation(str(make_model(rover, scenario, plane(soil=SOILS[soil], law=law))))
     assert simulation.settle() == "running"
     assert simulation.step(2000) == "running"
     wheels = simulation.wheels()

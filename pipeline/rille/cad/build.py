@@ -170,7 +170,7 @@ def _part(assembly: Assembly, index: int, volume: VolumeProperties, page: RoverS
     if volume.n_solids == 0:
         where = next(instance.path for instance in assembly.instances if instance.prototype == index)
         raise InputRefused(
-            f"part '{prototype.name}' has no solid, so it has no mass; put its instances on the sheet's `ignore` list, for example '{where}'"
+            f"part '{prototype.name}' has no solid, so it has no mass; list its instances under `ignore`, for example '{where}'"
         )
     properties, material = part_properties(prototype.name, volume, page, prototype.material)
     digest = brep_hash(prototype.shape)

@@ -9,7 +9,8 @@ from rille.cli.talk import Force, Json, print_json, progress, say
 
 app = typer.Typer(
     no_args_is_help=True,
-    rich_markup_mode=None, help="From a STEP assembly and a sheet to a model.\n\nExample: rille cad build rover.toml -o rover.db"
+    rich_markup_mode=None,
+    help="From a STEP assembly and a sheet to a model.\n\nExample: rille cad build rover.toml -o rover.db",
 )
 
 

@@ -7,7 +7,11 @@ import typer
 
 from rille.cli.talk import Json, print_json, say
 
-app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Look into a database, check it, migrate it.\n\nExample: rille db check rover.db")
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Look into a database, check it, migrate it.\n\nExample: rille db check rover.db",
+)
 Database = Annotated[Path, typer.Argument(help="Database of rille.")]
 
 

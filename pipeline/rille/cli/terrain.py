@@ -9,7 +9,8 @@ from rille.cli.talk import Force, Json, print_json, progress, say
 
 app = typer.Typer(
     no_args_is_help=True,
-    rich_markup_mode=None, help="Compose ground from measured DEMs and landforms.\n\nExample: rille terrain build scene.toml -o rover.db"
+    rich_markup_mode=None,
+    help="Compose ground from measured DEMs and landforms.\n\nExample: rille terrain build scene.toml -o rover.db",
 )
 
 

@@ -18,7 +18,7 @@ class Soil:
     peak_angle_offset, peak_angle_slip : a0, a1 [-] in theta_m = (a0 + a1 s) theta_f.
     exit_sinkage_ratio : lambda [-] in theta_r = -acos(1 - lambda z / r). density : [kg/m^3].
     damping : pressure per speed of penetration [Pa s/m].
-    reece_cohesive_modulus, reece_frictional_modulus : kc', kphi' [-]; None: kc/c and kphi/(density g).
+    reece_cohesive_modulus, reece_frictional_modulus : kc', kphi' [-]; None: kc and kphi read at the wheel's width.
     """
 
     name: str

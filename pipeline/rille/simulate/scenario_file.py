@@ -66,18 +66,6 @@ def _gravity(value: Number | list[Number]) -> tuple[float, float, float]:
     return 0.0, 0.0, -abs(to_si(value, "acceleration", "gravity"))
 
 
-def _command_value(value: Number, what: str) -> float:
-    """A bare number is SI; a string may be an angular speed, an angle, a torque, a speed, a length or a force."""
-    if not isinstance(value, str):
-        return to_si(value, "rad/s", what)
-    for unit in ("rad/s", "rad", "N m", "m/s", "m", "N"):
-        try:
-            return to_si(value, unit, what)
-        except InputRefused:
-            continue
-    raise InputRefused(f'{what} is "{value}"; give an angular speed, an angle or a torque, for example "0.6 rad/s"')
-
-
 def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
     """Read a scenario file.
 
@@ -119,8 +107,8 @@ def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
         initial_states=tuple(
             InitialJointState(
                 joint=s.joint,
-                position=_command_value(s.position, f"position of joint '{s.joint}'"),
-                velocity=_command_value(s.velocity, f"velocity of joint '{s.joint}'"),
+                position=_in_units(s.position, ("rad", "m"), f"position of joint '{s.joint}'"),
+                velocity=_in_units(s.velocity, ("rad/s", "m/s"), f"velocity of joint '{s.joint}'"),
             )
             for s in sheet.initial_state
         ),
@@ -141,12 +129,12 @@ def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> li
             )
         for drive in matched:
             expected: Sequence[str] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}[drive_modes[drive]]
-            commands.append(Command(drive=drive, time=time, value=_value_for(entry.value, expected, drive)))
+            commands.append(Command(drive=drive, time=time, value=_in_units(entry.value, expected, f"the command of drive '{drive}'")))
     return commands
 
 
-def _value_for(value: Number, units: Sequence[str], drive: str) -> float:
-    what = f"the command of drive '{drive}'"
+def _in_units(value: Number, units: Sequence[str], what: str) -> float:
+    """SI number of a value that may have one of several dimensions (a joint turns or slides)."""
     refusals = []
     for unit in units:
         try:

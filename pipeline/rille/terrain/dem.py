@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import InputRefused, Terrain
+from rille.model.grid import bilinear
 
 Array = NDArray[np.float64]
 
@@ -115,21 +116,8 @@ def write_geotiff(terrain: Terrain, path: Path) -> None:
 
 
 def height_at(terrain: Terrain, x: Array | float, y: Array | float) -> Array:
-    """Bilinear height [m] at (x, y) [m] in W, the solver's own interpolation; NaN outside.
-
-    z = (1-fy) ((1-fx) z00 + fx z01) + fy ((1-fx) z10 + fx z11), fx and fy the fractions of a cell.
-    """
-    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    n_rows, n_cols = terrain.heights.shape
-    column = (x - terrain.x_west) / terrain.posting_x
-    row = (terrain.y_north - y) / terrain.posting_y
-    inside = (column >= 0) & (row >= 0) & (column <= n_cols - 1) & (row <= n_rows - 1)
-    j = np.clip(column, 0, n_cols - 2).astype(int)
-    i = np.clip(row, 0, n_rows - 2).astype(int)
-    fx, fy, h = column - j, row - i, terrain.heights
-    north = (1 - fx) * h[i, j] + fx * h[i, j + 1]
-    south = (1 - fx) * h[i + 1, j] + fx * h[i + 1, j + 1]
-    return np.where(inside, (1 - fy) * north + fy * south, np.nan)
+    """Bilinear height [m] at (x, y) [m] in W; NaN outside."""
+    return bilinear(terrain.heights, (terrain.x_west, terrain.y_north), (terrain.posting_x, terrain.posting_y), x, y)
 
 
 def relative_to_data(path: Path) -> str:

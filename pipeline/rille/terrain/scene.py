@@ -82,6 +82,7 @@ class SceneSheet(Sheet):
 
     name: str = Field(min_length=1)
     soil: str
+    response: Literal["bekker", "bekker_wong", "reece"] = "bekker_wong"
     base: BaseSheet
     landform: list[LandformSheet] = []
     soil_patch: list[PatchSheet] = []
@@ -126,7 +127,7 @@ def build(scene: Path, *, progress: Callable[[str, float], None] | None = None) 
         },
         heights=heights,
         soils=tuple(known[name] for name in used),
-        pairs=tuple(MaterialPair(response="bekker_wong", soil=name) for name in used),
+        pairs=tuple(MaterialPair(response=page.response, soil=name) for name in used),
         patches=patches,
         landforms=tuple(placed),
     )

@@ -128,7 +128,7 @@ def traverse_drawings(rover: Rover, trace: Trace, terrain: Terrain) -> dict[str,
 def mechanism_drawing(rover: Rover, trace: Trace) -> Drawing:
     """A machine without ground: solid at the start, fading ghosts at later times, seen square to the plane that it moves in."""
     n = len(trace.time)
-    shown = np.unique(np.linspace(0, min(n - 1, max(1, n // 8)), 6).astype(int))
+    shown = np.unique(np.linspace(0, max(1, n // 8), 6).astype(int).clip(0, n - 1))  # the first eighth: later ghosts would hide each other
     items = []
     for k, index in enumerate(shown):
         items += machine_items(rover, trace, int(index), opacity=1.0 if k == 0 else max(0.15, 0.6 - 0.09 * k))

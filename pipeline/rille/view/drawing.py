@@ -34,7 +34,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Camera:
-    """position, focus, up in W; view_angle [deg]; parallel_scale > 0: orthographic with that half height [m]."""
+    """position, focus, up in W [m]; view_angle: vertical opening [deg]."""
 
     position: tuple[float, float, float]
     focus: tuple[float, float, float]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Terrain
-from rille.view.pose import heights_at
+from rille.model.grid import bilinear
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Patch:
 
     def height(self, x: Array, y: Array) -> Array:
         """Bilinear height [m], clamped to the border."""
-        return heights_at(self.z, float(self.x[0]), float(self.y[0]), self.posting, x, y)
+        return bilinear(self.z, (float(self.x[0]), float(self.y[0])), self.posting, x, y, clamp=True)
 
 
 def crop(terrain: Terrain, center: Array, reach: float, most: int = 700) -> Patch:
@@ -42,7 +42,8 @@ def crop(terrain: Terrain, center: Array, reach: float, most: int = 700) -> Patc
     count = (int(np.clip((x1 - x0) / terrain.posting_x * 2, 2, most)), int(np.clip((y1 - y0) / terrain.posting_y * 2, 2, most)))
     x, y = np.linspace(x0, x1, count[0]), np.linspace(y1, y0, count[1])
     filled = np.where(np.isnan(terrain.heights), np.nanmin(terrain.heights), terrain.heights)
-    z = heights_at(filled, terrain.x_west, terrain.y_north, (terrain.posting_x, terrain.posting_y), x[None, :], y[:, None])
+    posting = (terrain.posting_x, terrain.posting_y)
+    z = bilinear(filled, (terrain.x_west, terrain.y_north), posting, x[None, :], y[:, None], clamp=True)
     return Patch(x=x, y=y, z=z)
 
 

@@ -28,14 +28,3 @@ def to_world(vertices: Array, instance: PartInstance, body: Body, trace: BodyTra
     """
     in_body = vertices @ rotation_matrix(instance.pose.rotation).T + np.array(instance.pose.position) - np.array(body.frame)
     return in_body @ rotation_matrix(trace.rotation[index]).T + trace.position[index]
-
-
-def heights_at(heights: Array, x_west: float, y_north: float, posting: tuple[float, float], x: Array, y: Array) -> Array:
-    """Bilinear height, clamped to the border; for drawing only."""
-    column = np.clip((x - x_west) / posting[0], 0, heights.shape[1] - 1.000001)
-    row = np.clip((y_north - y) / posting[1], 0, heights.shape[0] - 1.000001)
-    j, i = column.astype(int), row.astype(int)
-    fx, fy = column - j, row - i
-    north = (1 - fx) * heights[i, j] + fx * heights[i, j + 1]
-    south = (1 - fx) * heights[i + 1, j] + fx * heights[i + 1, j + 1]
-    return (1 - fy) * north + fy * south

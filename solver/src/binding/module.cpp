@@ -7,7 +7,11 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <map>
+
 #include "model/error.hpp"
+#include "physics/sinkage.hpp"
+#include "physics/slip.hpp"
 #include "simulate/simulation.hpp"
 #include "store/contract.hpp"
 #include "store/load.hpp"
@@ -38,6 +42,27 @@ Simulation make(const std::string& path, const std::optional<std::string>& scena
   return Simulation(std::move(model));
 }
 
+rille::Soil soil_from(const nb::dict& values) {
+  rille::Soil soil;
+  const auto number = [&](const char* key) { return nb::cast<double>(values[key]); };
+  soil.sinkage_exponent = number("sinkage_exponent");
+  soil.cohesive_modulus = number("cohesive_modulus");
+  soil.frictional_modulus = number("frictional_modulus");
+  soil.cohesion = number("cohesion");
+  soil.friction_angle = number("friction_angle");
+  soil.shear_modulus = number("shear_modulus");
+  soil.lateral_shear_modulus = number("lateral_shear_modulus");
+  soil.peak_angle_offset = number("peak_angle_offset");
+  soil.peak_angle_slip = number("peak_angle_slip");
+  soil.exit_sinkage_ratio = number("exit_sinkage_ratio");
+  if (values.contains("unit_weight")) soil.unit_weight = number("unit_weight");
+  if (values.contains("reece_cohesive_modulus") && !values["reece_cohesive_modulus"].is_none())
+    soil.reece_cohesive_modulus = number("reece_cohesive_modulus");
+  if (values.contains("reece_frictional_modulus") && !values["reece_frictional_modulus"].is_none())
+    soil.reece_frictional_modulus = number("reece_frictional_modulus");
+  return soil;
+}
+
 template <class Items>
 std::vector<std::string> names(const Items& items) {
   std::vector<std::string> result;
@@ -58,6 +83,35 @@ NB_MODULE(_solver, module) {
       PyErr_SetString(type.ptr(), error.what());
     }
   });
+
+  module.def(
+      "wheel_under_load",
+      [](const std::string& law, const nb::dict& soil_values, double radius, double width, double load, double slip_ratio) {
+        const std::map<std::string, rille::WheelSoilLaw> laws = {{"bekker", rille::WheelSoilLaw::bekker},
+                                                                 {"bekker_wong", rille::WheelSoilLaw::bekker_wong},
+                                                                 {"reece", rille::WheelSoilLaw::reece}};
+        if (!laws.contains(law))
+          throw rille::InputRefused(fmt::format("the wheel-soil law '{}' is unknown; known: bekker, bekker_wong, reece", law));
+        const rille::Soil soil = soil_from(soil_values);
+        const double travel = slip_ratio >= 0 ? 1 - slip_ratio : 1 / std::max(1 + slip_ratio, 1e-3);
+        const auto found = rille::sinkage_under_load(laws.at(law), soil, {radius, width}, {0, slip_ratio, travel, 0}, load);
+        if (!found.found)
+          throw rille::InputRefused(fmt::format("a wheel of radius {:g} m and width {:g} m sinks to its axle before the soil carries {:g} N", radius,
+                                                width, load));
+        nb::dict answer;
+        answer["sinkage"] = found.sinkage;
+        answer["normal_load"] = found.reaction.normal_load;
+        answer["drawbar_pull"] = found.reaction.drawbar_pull;
+        answer["drive_torque"] = found.reaction.torque;
+        answer["entry_angle"] = found.reaction.entry_angle;
+        answer["peak_angle"] = found.reaction.peak_angle;
+        answer["exit_angle"] = found.reaction.exit_angle;
+        return answer;
+      },
+      "law"_a, "soil"_a, "radius"_a, "width"_a, "load"_a, "slip_ratio"_a,
+      "Steady rolling of one wheel under a load [N] at a slip ratio in [-1, 1]: sinkage [m], forces [N], torque [N m], angles [rad].\n\n"
+      "soil: dict of the columns of table soil (SI), and unit_weight [N/m^3] for Reece moduli. Raises rille.model.InputRefused if the\n"
+      "soil does not carry the load. Source: Wong & Reece 1967, eqs 3-9; see solver/src/physics/wheel_soil.hpp.");
 
   nb::class_<Simulation>(module, "Simulation",
                          "One run in memory.\n\n"

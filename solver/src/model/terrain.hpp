@@ -2,12 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace rille {
 
-enum class WheelSoilLaw { bekker_wong };
+enum class WheelSoilLaw { bekker, bekker_wong, reece };
 
 struct Soil {
   std::string name;
@@ -22,6 +23,9 @@ struct Soil {
   double peak_angle_slip = 0;          // [-] a1
   double exit_sinkage_ratio = 0;       // [-] lambda in theta_r = -acos(1 - lambda z/r)
   double damping = 0;                  // [Pa s/m] pressure per speed of penetration
+  double unit_weight = 0;              // [N/m^3] density times gravity
+  std::optional<double> reece_cohesive_modulus;    // [-] kc', absent: from kc at the wheel's width
+  std::optional<double> reece_frictional_modulus;  // [-] kphi', absent: from kphi at the wheel's width
 };
 
 // Regular grid of heights; n values bound n-1 cells; row 0 is the northernmost.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/bekker_wong.hpp"
+#include "physics/reece.hpp"
 
 namespace rille {
 namespace {
@@ -92,6 +93,10 @@ SoilReaction react(WheelSoilLaw law, const Soil& soil, const WheelShape& wheel, 
   const double peak =
       std::clamp((soil.peak_angle_offset + soil.peak_angle_slip * motion.slip_ratio) * entry, exit, entry);
   switch (law) {
+    case WheelSoilLaw::bekker:  // one zone, peak at bottom dead centre
+      return integrate(BekkerWongStress(soil, wheel, cos_entry), soil, wheel, motion, entry, 0, 0);
+    case WheelSoilLaw::reece:
+      return integrate(ReeceStress(soil, wheel, cos_entry), soil, wheel, motion, entry, peak, exit);
     case WheelSoilLaw::bekker_wong:
       return integrate(BekkerWongStress(soil, wheel, cos_entry), soil, wheel, motion, entry, peak, exit);
   }

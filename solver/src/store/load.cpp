@@ -252,7 +252,7 @@ HeightGrid load_grid(Database& database, Statement& terrain, const std::string& 
   return grid;
 }
 
-Index load_soils(Database& database, std::vector<Soil>& soils) {
+Index load_soils(Database& database, double gravity, std::vector<Soil>& soils) {
   Index index;
   Statement row(database, "SELECT * FROM soil ORDER BY id");
   while (row.executeStep()) {
@@ -270,6 +270,11 @@ Index load_soils(Database& database, std::vector<Soil>& soils) {
     soil.peak_angle_slip = finite(row, "peak_angle_slip", subject);
     soil.exit_sinkage_ratio = finite(row, "exit_sinkage_ratio", subject);
     soil.damping = finite(row, "damping", subject);
+    soil.unit_weight = finite(row, "density", subject) * gravity;
+    if (!row.getColumn("reece_cohesive_modulus").isNull())
+      soil.reece_cohesive_modulus = finite(row, "reece_cohesive_modulus", subject);
+    if (!row.getColumn("reece_frictional_modulus").isNull())
+      soil.reece_frictional_modulus = finite(row, "reece_frictional_modulus", subject);
     index[row.getColumn("id").getInt64()] = static_cast<int>(soils.size());
     soils.push_back(soil);
   }
@@ -287,11 +292,13 @@ WheelSoilLaw law_of(Database& database, const Wheel& wheel, std::int64_t soil_id
     throw InputRefused(fmt::format("no material_pair says how wheel '{}' responds to soil '{}'; add a row with this soil, "
                                    "material NULL and response 'bekker_wong'",
                                    wheel.name, soil));
-  return word_of<WheelSoilLaw>(row, "response", {{"bekker_wong", WheelSoilLaw::bekker_wong}},
+  return word_of<WheelSoilLaw>(row, "response", {{"bekker", WheelSoilLaw::bekker},
+                                {"bekker_wong", WheelSoilLaw::bekker_wong},
+                                {"reece", WheelSoilLaw::reece}},
                                fmt::format("the pair wheel '{}' - soil '{}'", wheel.name, soil));
 }
 
-Terrain load_terrain(Database& database, std::int64_t id, const Rover& rover) {
+Terrain load_terrain(Database& database, std::int64_t id, double gravity, const Rover& rover) {
   Statement row(database, "SELECT * FROM terrain WHERE id = ?");
   row.bind(1, id);
   if (!row.executeStep()) throw InputRefused(fmt::format("the scenario's terrain {} does not exist; run `rille db check`", id));
@@ -299,7 +306,7 @@ Terrain load_terrain(Database& database, std::int64_t id, const Rover& rover) {
   terrain.name = row.getColumn("name").getString();
   const std::string subject = "terrain '" + terrain.name + "'";
   terrain.grid = load_grid(database, row, subject);
-  const Index soils = load_soils(database, terrain.soils);
+  const Index soils = load_soils(database, gravity, terrain.soils);
   terrain.base_soil = index_of(soils, row.getColumn("soil_id"), "soil", subject);
 
   Statement patch(database, "SELECT id, soil_id, name FROM soil_patch WHERE terrain_id = ? ORDER BY id");
@@ -439,7 +446,8 @@ Model load_model(Database& database, const std::optional<std::string>& scenario)
   Statement terrain(database, "SELECT terrain_id FROM scenario WHERE id = ?");
   terrain.bind(1, id);
   terrain.executeStep();
-  if (!terrain.getColumn(0).isNull()) model.terrain = load_terrain(database, terrain.getColumn(0).getInt64(), model.rover);
+  if (!terrain.getColumn(0).isNull())
+    model.terrain = load_terrain(database, terrain.getColumn(0).getInt64(), model.scenario.gravity.norm(), model.rover);
   return model;
 } catch (const SQLite::Exception& error) {
   throw InputRefused(fmt::format("the model cannot be read ({}); run `rille db check`", error.what()));

@@ -1,0 +1,18 @@
+// Sinkage at which a wheel carries a given load: the root of N(z) = W.
+#pragma once
+
+#include "physics/wheel_soil.hpp"
+
+namespace rille {
+
+struct Equilibrium {
+  bool found = false;
+  double sinkage = 0;  // [m]
+  SoilReaction reaction;
+};
+
+// Bracketed root by the method of Illinois (Dowell & Jarratt 1971) on z in (0, r), to 1e-14 of the radius. Not found if the soil does not carry the
+// load before the wheel is buried to its axle. `motion.sinkage` is the first guess (0: none).
+Equilibrium sinkage_under_load(WheelSoilLaw law, const Soil& soil, const WheelShape& wheel, WheelMotion motion, double load);
+
+}  // namespace rille
