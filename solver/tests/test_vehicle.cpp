@@ -107,6 +107,22 @@ TEST_CASE("the differential of a rocker-bogie holds while it drives over a slope
   CHECK(largest_error < 1e-12);
 }
 
+TEST_CASE("a body that should hit the ground is reported, once, with its depth") {
+  Model model = cart_model(0, 9.80665, 1e-3);
+  model.rover.outlines.push_back({0, {{0, 0, 0.1}, {0.4, 0, -0.05}}});  // a skid 5 cm below the wheels, and less than their sinkage higher
+  Simulation simulation(model);
+  REQUIRE(simulation.settle() == Outcome::running);
+  for (int k = 0; k < 500; ++k) REQUIRE(simulation.step() == Outcome::running);
+  int reports = 0;
+  for (const Event& event : simulation.take_events())
+    if (event.kind == "body_in_ground") {
+      ++reports;
+      CHECK(event.subject == "chassis");
+      CHECK(event.message.find("0.06") != std::string::npos);  // 5 cm and 1.2 cm of sinkage
+    }
+  CHECK(reports == 1);
+}
+
 TEST_CASE("leaving the map, sinking past the axle: outcomes with time, place and a hint") {
   Model model = cart_model(0, 9.80665, 1e-3);
   model.scenario.start_position.x() = 18.5;

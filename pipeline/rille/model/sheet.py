@@ -45,7 +45,8 @@ def read_sheet(path: Path, kind: type[S]) -> S:
 
 
 def _sentence(error: Mapping[str, Any], kind: type[Sheet]) -> str:
-    place = [str(part) if isinstance(part, str) else f"[{part + 1}]" for part in error["loc"]]
+    loc = [part for part in error["loc"] if part not in ("float", "int", "str")]  # branches of a union
+    place = [str(part) if isinstance(part, str) else f"[{part + 1}]" for part in loc]
     where = ".".join(place).replace(".[", "[")
     if error["type"] == "extra_forbidden":
         known = _keys_at(kind, list(error["loc"][:-1]))

@@ -79,7 +79,7 @@ def run(
     if duration is not None:
         command += ["--duration", repr(duration)]
     try:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputRefused(f"the solver '{command[0]}' could not be started: {error}") from error
     assert process.stdout is not None

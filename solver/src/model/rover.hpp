@@ -75,6 +75,12 @@ struct Wheel {
   double width = 0;                                  // [m]
 };
 
+// Corners of a body's collision shape, which show whether it reaches into the ground.
+struct Outline {
+  int body = -1;
+  std::vector<Eigen::Vector3d> corners;  // [m] in M
+};
+
 struct Rover {
   std::vector<Body> bodies;
   std::vector<Joint> joints;
@@ -82,6 +88,7 @@ struct Rover {
   std::vector<Differential> differentials;
   std::vector<Gear> gears;
   std::vector<Wheel> wheels;
+  std::vector<Outline> outlines;  // of bodies that are no wheels
 };
 
 }  // namespace rille

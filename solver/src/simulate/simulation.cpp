@@ -20,6 +20,7 @@ using Eigen::VectorXd;
 constexpr double kRigidity = 1e7;
 constexpr double kLimitReturnSpeed = 1.0;  // [rad/s or m/s] largest speed at which a violated limit is restored
 constexpr double kSaturationTime = 0.5;    // [s] a drive at its limit for so long is worth an event; starting up is not
+constexpr double kWatchInterval = 0.1;     // [s] between looks at bodies that reach into the ground
 constexpr double kRestSpeed = 1e-4;        // [m/s, rad/s] slower than this everywhere counts as settled
 constexpr double kLargestSpeed = 1e6;      // [m/s, rad/s] beyond this a state counts as diverged
 
@@ -46,6 +47,7 @@ Simulation::Simulation(Model model)
     limits_.push_back({.joint = static_cast<int>(j), .at_upper = false});
     limits_.push_back({.joint = static_cast<int>(j), .at_upper = true});
   }
+  in_ground_.assign(rover.outlines.size(), false);
   drives_.resize(rover.drives.size());
   effort_.setZero(mechanism_.dofs());
   place();
@@ -181,6 +183,7 @@ Outcome Simulation::advance(bool hold) {
   const double h = scenario.step;
   holding_ = hold;
   mechanism_.update_kinematics();
+  watch_outlines();
 
   rows_.clear();
   effort_.setZero();
@@ -270,6 +273,30 @@ void Simulation::account(double h, const VectorXd& before, const VectorXd& after
                        state.at_upper ? rover.joints[state.joint].limit->upper : rover.joints[state.joint].limit->lower,
                        time()));
     state.touching = touching;
+  }
+}
+
+// Bodies other than wheels do not touch the ground in this version; that they should have is at least said.
+void Simulation::watch_outlines() {
+  if (!model_->terrain || holding_) return;
+  const auto stride = std::max(1LL, std::llround(kWatchInterval / model_->scenario.step));
+  if (steps_ % stride != 0) return;
+  const Ground ground(*model_->terrain);
+  for (std::size_t k = 0; k < in_ground_.size(); ++k) {
+    const Outline& outline = model_->rover.outlines[k];
+    double deepest = 0;
+    for (const Vector3d& corner : outline.corners) {
+      const Vector3d p = mechanism_.to_world(outline.body, corner);
+      const auto height = ground.height(p.x(), p.y());
+      if (height) deepest = std::max(deepest, *height - p.z());
+    }
+    const std::string& name = model_->rover.bodies[outline.body].name;
+    if (deepest > 0 && !in_ground_[k])
+      note("body_in_ground", name,
+           fmt::format("the collision shape of '{}' reaches {:.3f} m into the ground at t = {:.3f} s; only wheels touch it in this version, "
+                       "so the drive goes on as if it did not",
+                       name, deepest, time()));
+    in_ground_[k] = deepest > 0;
   }
 }
 

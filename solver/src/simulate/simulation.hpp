@@ -57,6 +57,7 @@ class Simulation {
   Outcome advance(bool hold);
   Outcome fail(Outcome outcome, std::string message);
   void note(const char* kind, const std::string& subject, std::string message);
+  void watch_outlines();
   void account(double h, const Eigen::VectorXd& before, const Eigen::VectorXd& after);
 
   std::unique_ptr<Model> model_;  // on the heap: contacts point into it
@@ -64,6 +65,7 @@ class Simulation {
   std::vector<WheelContact> contacts_;
   std::vector<DriveState> drives_;
   std::vector<LimitState> limits_;
+  std::vector<bool> in_ground_;        // by outline
   std::vector<double> position_sign_;  // of each differential: +1 parallel axes, -1 opposed ones
   RowSet rows_;
   RowSolver solver_;

@@ -192,6 +192,39 @@ void load_wheels(Database& database, const Index& joints, Rover& rover) {
   }
 }
 
+// Corners of the shapes of bodies that are no wheels; round shapes by the box around them.
+void load_outlines(Database& database, const Index& bodies, Rover& rover) {
+  Statement row(database,
+                "SELECT * FROM collision_shape WHERE body_id NOT IN "
+                "(SELECT child_body_id FROM wheel JOIN joint ON joint.id = wheel.joint_id) ORDER BY id");
+  while (row.executeStep()) {
+    Outline outline;
+    const std::string subject = "a collision shape";
+    outline.body = index_of(bodies, row.getColumn("body_id"), "body", subject);
+    const Vector3d center = vector(row, "x", "y", "z", subject);
+    const Eigen::Quaterniond rotation(finite(row, "qw", subject), finite(row, "qx", subject), finite(row, "qy", subject),
+                                      finite(row, "qz", subject));
+    const std::string kind = row.getColumn("kind").getString();
+    if (kind == "hull") {
+      const Column data = row.getColumn("vertices");
+      const int count = data.getBytes() / 24;
+      for (int k = 0; k < count; ++k) {
+        Vector3d vertex;
+        std::memcpy(vertex.data(), static_cast<const char*>(data.getBlob()) + 24 * k, 24);
+        if (vertex.allFinite()) outline.corners.push_back(center + rotation * vertex);
+      }
+    } else {
+      const double x = finite(row, "size_x", subject);
+      const double y = kind == "box" ? finite(row, "size_y", subject) : 2 * x;
+      const double z = kind == "sphere" ? 2 * x : finite(row, "size_z", subject);
+      const Vector3d half = 0.5 * Vector3d(kind == "box" ? x : 2 * x, y, z);
+      for (int k = 0; k < 8; ++k)
+        outline.corners.push_back(center + rotation * half.cwiseProduct(Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
+    }
+    rover.outlines.push_back(std::move(outline));
+  }
+}
+
 Rover load_rover(Database& database, Index& drives, Index& joints) {
   Rover rover;
   const Index bodies = load_bodies(database, rover);
@@ -199,6 +232,7 @@ Rover load_rover(Database& database, Index& drives, Index& joints) {
   drives = load_drives(database, joints, rover);
   load_couplings(database, bodies, joints, rover);
   load_wheels(database, joints, rover);
+  load_outlines(database, bodies, rover);
   return rover;
 }
 
