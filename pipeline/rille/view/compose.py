@@ -35,7 +35,8 @@ def track_items(rover: Rover, trace: Trace, patch: Patch) -> list[Item]:
     children = {joint.name: (joint.child, joint.axis) for joint in rover.joints}
     traces = {body.name: body for body in trace.bodies}
     slips = np.concatenate([wheel.slip_ratio for wheel in trace.wheels]) if trace.wheels else np.zeros(1)
-    limits = (float(min(0.0, np.percentile(slips, 2))), float(max(0.1, np.percentile(slips, 98))))
+    low, high = np.percentile(slips, (2, 98))
+    limits = (float(low) if low < -0.02 else 0.0, max(0.1, float(high)))
     items = []
     for count, wheel in enumerate(trace.wheels):
         if len(trace.time) < 2:
