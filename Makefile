@@ -15,7 +15,7 @@ export RILLE_DATA ?= $(abspath ../shared)
 
 # System packages, by what needs them: compiler and tools; solver; Python headers; off-screen rendering (EGL, no X, no GPU).
 PACKAGES := build-essential cmake ninja-build pkg-config \
-            libbullet-dev libsqlite3-dev libsqlitecpp-dev libeigen3-dev libfmt-dev libcli11-dev nlohmann-json3-dev doctest-dev \
+            libbullet-dev libsqlite3-dev libsqlitecpp-dev libeigen3-dev libfmt-dev libcli11-dev nlohmann-json3-dev libmuparser-dev doctest-dev \
             python3-venv python3-dev \
             libegl1 libgl1 libgl1-mesa-dri libx11-6 libxrender1 libexpat1
 

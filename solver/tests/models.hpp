@@ -19,7 +19,6 @@ inline Body box_body(const std::string& name, double mass, const Eigen::Vector3d
 // Nominal lunar regolith, Carrier et al. 1991 (Lunar Sourcebook ch. 9).
 inline Soil lunar_soil() {
   Soil soil;
-  soil.name = "lunar_sourcebook";
   soil.sinkage_exponent = 1;
   soil.cohesive_modulus = 1400;
   soil.frictional_modulus = 820e3;
@@ -38,14 +37,18 @@ inline Terrain plane_terrain(double slope, int n_wheels, const Soil& soil = luna
   Terrain terrain;
   terrain.name = "plane";
   terrain.soils = {soil};
+  terrain.soil_names = {"lunar_sourcebook"};
   terrain.response.assign(static_cast<std::size_t>(n_wheels), {WheelSoilLaw::bekker_wong});
-  HeightGrid& grid = terrain.grid;
+  terrain.rigid_ground.assign(static_cast<std::size_t>(n_wheels) + 8, {RigidPair{}});  // enough for a few shapes
+  terrain.rigid.resize(static_cast<std::size_t>(n_wheels) + 8);
+  HeightGrid grid;
   grid.n_rows = grid.n_cols = 41;
   grid.posting_x = grid.posting_y = 1;
   grid.x_west = -20;
   grid.y_north = 20;
   for (int i = 0; i < grid.n_rows; ++i)
     for (int j = 0; j < grid.n_cols; ++j) grid.heights.push_back(slope * (grid.x_west + j));
+  terrain.grid = std::make_shared<const HeightGrid>(std::move(grid));
   return terrain;
 }
 

@@ -85,10 +85,11 @@ TEST_CASE("the differential of a rocker-bogie holds while it drives over a slope
   model.rover = test::rocker_bogie();
   model.terrain = test::plane_terrain(0.1, 6);
   // One bump under the left side only, so that the rockers have to turn against each other.
-  HeightGrid& grid = model.terrain->grid;
+  HeightGrid grid = *model.terrain->grid;
   for (int i = 0; i < grid.n_rows; ++i)
     for (int j = 0; j < grid.n_cols; ++j)
       if (grid.y_north - i > 0 && grid.x_west + j == 2) grid.heights[static_cast<std::size_t>(i * grid.n_cols + j)] += 0.15;
+  model.terrain->grid = std::make_shared<const HeightGrid>(std::move(grid));
   model.scenario = test::scenario(1.625, 1e-3, 20);
   model.scenario.placement = Placement::on_terrain;
   model.scenario.settle_time = 5;
@@ -107,20 +108,73 @@ TEST_CASE("the differential of a rocker-bogie holds while it drives over a slope
   CHECK(largest_error < 1e-12);
 }
 
-TEST_CASE("a body that should hit the ground is reported, once, with its depth") {
+TEST_CASE("a hull that reaches the ground carries its share of the weight, and its touch is an event") {
   Model model = cart_model(0, 9.80665, 1e-3);
-  model.rover.outlines.push_back({0, {{0, 0, 0.1}, {0.4, 0, -0.05}}});  // a skid 5 cm below the wheels, and less than their sinkage higher
+  BodyShape skid{.body = 0};
+  skid.shape.center = {0, 0, 0.2};
+  skid.shape.size = {0.6, 0.4, 0.395};  // its lower face 2.5 mm above the ground before the wheels sink by 1.2 cm
+  model.rover.shapes.push_back(skid);
   Simulation simulation(model);
   REQUIRE(simulation.settle() == Outcome::running);
   for (int k = 0; k < 500; ++k) REQUIRE(simulation.step() == Outcome::running);
-  int reports = 0;
-  for (const Event& event : simulation.take_events())
-    if (event.kind == "body_in_ground") {
-      ++reports;
-      CHECK(event.subject == "chassis");
-      CHECK(event.message.find("0.06") != std::string::npos);  // 5 cm and 1.2 cm of sinkage
-    }
-  CHECK(reports == 1);
+  int touches = 0;
+  for (const Event& event : simulation.take_events()) touches += event.kind == "contact_begin" && event.subject == "chassis";
+  CHECK(touches == 1);
+  const Snapshot snapshot = simulation.snapshot();
+  double on_wheels = 0;
+  for (const WheelState& wheel : snapshot.wheels) on_wheels += wheel.normal_load;
+  CHECK(on_wheels < 0.5 * total_weight(model));  // the wheels stand at 2.5 mm instead of 12: load as z^1.5 is a tenth
+  CHECK(snapshot.bodies[0].velocity.norm() < 1e-4);
+}
+
+TEST_CASE("a box on a rigid slope holds below the friction angle and slides with g (sin - mu cos) above it") {
+  for (const double slope : {0.3, 0.7}) {
+    const double mu = 0.5;
+    Model model;
+    model.rover.bodies.push_back(test::box_body("box", 10, {0, 0, 0.1}, {0.4, 0.3, 0.2}));
+    BodyShape hull{.body = 0};
+    hull.shape.center = {0, 0, 0.1};
+    hull.shape.size = {0.4, 0.3, 0.2};
+    model.rover.shapes.push_back(hull);
+    model.terrain = test::plane_terrain(slope, 0);
+    model.terrain->rigid_ground = {{RigidPair{mu, 0}}};
+    model.scenario = test::scenario(9.80665, 1e-3, 1);
+    model.scenario.start_rotation = Eigen::Quaterniond(Eigen::AngleAxisd(-std::atan(slope), Eigen::Vector3d::UnitY()));
+    Simulation simulation(model);
+    for (int k = 0; k < 1000; ++k) REQUIRE(simulation.step() == Outcome::running);
+    const Eigen::Vector3d v = simulation.snapshot().bodies[0].velocity;
+    const double angle = std::atan(slope);
+    const double acceleration = 9.80665 * std::max(0.0, std::sin(angle) - mu * std::cos(angle));
+    CHECK(v.norm() == doctest::Approx(acceleration * 1.0).epsilon(0.01).scale(0.01));  // 1 %: slop and push-out at the start
+    CHECK(simulation.snapshot().energy.contact_loss >= -1e-9);
+  }
+}
+
+TEST_CASE("a ball that falls on a rock rebounds with the restitution of the pair") {
+  Model model;
+  model.rover.bodies.push_back(test::box_body("ball", 1, {0, 0, 0}, {0.2, 0.2, 0.2}));
+  BodyShape ball{.body = 0};
+  ball.shape.kind = ShapeKind::sphere;
+  ball.shape.size = {0.1, 0.1, 0.1};
+  model.rover.shapes.push_back(ball);
+  model.terrain = test::plane_terrain(0, 0);
+  Obstacle rock{.name = "rock"};
+  rock.shape.size = {1, 1, 1};
+  model.terrain->obstacles.push_back(rock);
+  model.terrain->rigid = {{RigidPair{0.5, 0.8}}};
+  model.terrain->rigid_ground = {{RigidPair{}}};
+  model.scenario = test::scenario(9.80665, 1e-4, 2);
+  model.scenario.start_position = {0, 0, 1.6};  // 1 m above the rock's top, less the radius
+  Simulation simulation(model);
+  double impact = 0, rebound = 0;
+  for (int k = 0; k < 8000; ++k) {
+    REQUIRE(simulation.step() == Outcome::running);
+    const double v = simulation.snapshot().bodies[0].velocity.z();
+    impact = std::min(impact, v);
+    rebound = std::max(rebound, v);
+  }
+  CHECK(impact == doctest::Approx(-std::sqrt(2 * 9.80665 * 1.0)).epsilon(1e-3));
+  CHECK(rebound == doctest::Approx(-0.8 * impact).epsilon(1e-3));
 }
 
 TEST_CASE("leaving the map, sinking past the axle: outcomes with time, place and a hint") {

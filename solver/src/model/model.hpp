@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
+#include "model/effect.hpp"
 #include "model/rover.hpp"
 #include "model/scenario.hpp"
 #include "model/terrain.hpp"
@@ -13,6 +15,7 @@ struct Model {
   Rover rover;
   std::optional<Terrain> terrain;
   Scenario scenario;
+  std::vector<EffectRow> effects;  // those with amplitude only
 };
 
 }  // namespace rille

@@ -34,11 +34,37 @@ struct WheelState {
   double drive_torque = 0;                           // [N m]
 };
 
+// Force and torque of the carrier on the carried body, about the joint's point, in W.
+struct JointReaction {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // [N]
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
+};
+
+struct EnergyState {
+  double kinetic = 0;        // [J]
+  double potential = 0;      // [J] 0 at t = 0
+  double drive_work = 0;     // [J] since t = 0, as all that follow
+  double soil_loss = 0;      // [J]
+  double joint_loss = 0;     // [J]
+  double contact_loss = 0;   // [J]
+  double external_work = 0;  // [J]
+  double residual = 0;       // [J] open balance
+};
+
+struct SensorSample {
+  int sensor = -1;
+  double time = 0;  // [s] by the sensor's clock
+  int component = 0;
+  double value = 0;
+};
+
 struct Snapshot {
   double time = 0;  // [s]
   std::vector<BodyState> bodies;
   std::vector<JointState> joints;  // one per joint; fixed and spherical joints stay zero
   std::vector<WheelState> wheels;
+  std::vector<JointReaction> reactions;  // one per joint
+  EnergyState energy;
 };
 
 struct Event {
@@ -48,13 +74,14 @@ struct Event {
   std::string message;
 };
 
-enum class Outcome { running, done, interrupted, left_terrain, wheel_buried, diverged };
+enum class Outcome { running, done, stopped, interrupted, left_terrain, wheel_buried, diverged };
 
 // The word that the table `run` keeps.
 constexpr const char* word(Outcome outcome) {
   switch (outcome) {
     case Outcome::running: return "running";
     case Outcome::done: return "done";
+    case Outcome::stopped: return "stopped";
     case Outcome::interrupted: return "interrupted";
     case Outcome::left_terrain: return "left_terrain";
     case Outcome::wheel_buried: return "wheel_buried";

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -47,6 +48,10 @@ struct Drive {
   double max_torque = 0;            // [N m or N]
   std::optional<double> max_speed;  // [rad/s or m/s]
   double position_gain = 5;         // [1/s] commanded speed per position error
+  std::optional<double> speed_gain; // [N m s/rad or N s/m] effort per speed error; absent: the speed is held exactly up to max_torque
+  double integral_gain = 0;         // [N m/rad or N/m] effort per integrated speed error
+  std::optional<double> torque_constant;  // [N m/A]
+  std::optional<double> resistance;       // [ohm]
 };
 
 // theta_a + theta_b = 2 theta_carrier about the common direction of the two hinges.
@@ -73,12 +78,43 @@ struct Wheel {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // [m] in M
   double radius = 0;                                 // [m] rim, without grousers
   double width = 0;                                  // [m]
+  int grouser_count = 0;                             // [-] 0: smooth
+  double grouser_height = 0;                         // [m] above the rim
 };
 
-// Corners of a body's collision shape, which show whether it reaches into the ground.
-struct Outline {
+// A point of a body and a common point of another one (or of the world) that stay together.
+struct LoopClosure {
+  std::string name;
+  int body_a = -1;
+  int body_b = -1;                                  // -1 = the world
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // [m] in M at the zero pose
+};
+
+enum class ShapeKind { box, sphere, cylinder, hull };
+
+// A convex solid; on a body in M at the zero pose, as an obstacle in W.
+struct Shape {
+  ShapeKind kind = ShapeKind::box;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();              // [m]
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // a cylinder's axis is its z
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();                // [m] box: full lengths; sphere: radius; cylinder: radius, -, height
+  std::vector<Eigen::Vector3d> vertices;                         // [m] hull: relative to the centre, in its own axes
+  std::optional<std::int64_t> material_id;
+};
+
+// Shape that a body carries.
+struct BodyShape {
   int body = -1;
-  std::vector<Eigen::Vector3d> corners;  // [m] in M
+  Shape shape;
+};
+
+struct Sensor {
+  std::int64_t id = 0;
+  std::string name;
+  std::string quantity;     // "joint.velocity"
+  std::string target;       // name of the body, joint or wheel
+  double rate = 1;          // [Hz]
+  bool body_frame = false;  // vectors in the axes of the body instead of W
 };
 
 struct Rover {
@@ -88,7 +124,9 @@ struct Rover {
   std::vector<Differential> differentials;
   std::vector<Gear> gears;
   std::vector<Wheel> wheels;
-  std::vector<Outline> outlines;  // of bodies that are no wheels
+  std::vector<LoopClosure> loop_closures;
+  std::vector<BodyShape> shapes;  // of bodies that are no wheels; wheels collide as cylinders
+  std::vector<Sensor> sensors;
 };
 
 }  // namespace rille

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,23 @@ struct InitialJointState {
   double velocity = 0;  // [rad/s or m/s]
 };
 
+enum class WatchAction { mark, stop, command };
+
+// Waits for an event or for a quantity to pass a bound, and acts once.
+struct Watch {
+  std::string name;
+  std::string event;     // kind of event; empty: a quantity is compared
+  std::string quantity;  // as of a sensor
+  int component = 0;
+  std::string target;    // name of the body, joint or wheel; empty: any (events only)
+  std::optional<double> above;
+  std::optional<double> below;
+  double hold = 0;       // [s]
+  WatchAction action = WatchAction::mark;
+  int drive = -1;
+  double value = 0;      // [rad/s, rad or N m]
+};
+
 struct Scenario {
   std::int64_t id = 0;
   std::string name;
@@ -40,6 +58,7 @@ struct Scenario {
   Eigen::Vector3d start_angular_velocity = Eigen::Vector3d::Zero();          // [rad/s] in W
   std::vector<InitialJointState> initial_states;
   std::vector<Command> commands;  // sorted by time
+  std::vector<Watch> watches;
 };
 
 }  // namespace rille

@@ -2,16 +2,20 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "model/rover.hpp"
+
 namespace rille {
 
-enum class WheelSoilLaw { bekker, bekker_wong, reece };
+// `rigid`: ground as hard as rock, no soil law at all.
+enum class WheelSoilLaw { bekker, bekker_wong, reece, rigid };
 
+// Parameters of a soil; plain numbers, so that an effect can change a copy of them at every step.
 struct Soil {
-  std::string name;
   double sinkage_exponent = 1;         // [-] n
   double cohesive_modulus = 0;         // [N/m^(n+1)] kc
   double frictional_modulus = 0;       // [N/m^(n+2)] kphi
@@ -24,6 +28,9 @@ struct Soil {
   double exit_sinkage_ratio = 0;       // [-] lambda in theta_r = -acos(1 - lambda z/r)
   double damping = 0;                  // [Pa s/m] pressure per speed of penetration
   double unit_weight = 0;              // [N/m^3] density times gravity
+  double shear_gain = 1;               // [-] factor of the shear strength (grousers)
+  double packed_depth = 0;             // [m] how far the ground is packed already below its undisturbed surface (ruts)
+  double packed_stiffness = 0;         // [Pa/m] of packed soil when it is loaded again
   std::optional<double> reece_cohesive_modulus;    // [-] kc', absent: from kc at the wheel's width
   std::optional<double> reece_frictional_modulus;  // [-] kphi', absent: from kphi at the wheel's width
 };
@@ -44,13 +51,28 @@ struct SoilPatch {
   std::vector<Eigen::Vector2d> polygon;  // [m] corners, closed by itself
 };
 
+// Rigid-rigid or wheel-on-rigid-ground response.
+struct RigidPair {
+  double friction = 0.5;    // [-] Coulomb
+  double restitution = 0;   // [-] normal speed after per before impact
+};
+
+struct Obstacle {
+  std::string name;
+  Shape shape;  // in W
+};
+
 struct Terrain {
   std::string name;
-  HeightGrid grid;
+  std::shared_ptr<const HeightGrid> grid;  // shared by copies of a model: it is the only large thing
   std::vector<Soil> soils;
+  std::vector<std::string> soil_names;
   int base_soil = 0;
   std::vector<SoilPatch> patches;                   // later ones lie on earlier ones
   std::vector<std::vector<WheelSoilLaw>> response;  // [wheel][soil]: law of the pair
+  std::vector<std::vector<RigidPair>> rigid_ground; // [wheel, then shape][soil]: friction of hard ground, of hulls on any ground
+  std::vector<Obstacle> obstacles;
+  std::vector<std::vector<RigidPair>> rigid;        // [wheel, then shape][obstacle]
 };
 
 }  // namespace rille

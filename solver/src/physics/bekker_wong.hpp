@@ -12,27 +12,20 @@
 
 namespace rille {
 
-// Stress at the front angle theta; the rear zone is the front zone read through theta_e.
-class BekkerWongStress {
+class BekkerWongPressure {
  public:
-  BekkerWongStress(const Soil& soil, const WheelShape& wheel, double cos_entry)
-      : modulus_(soil.cohesive_modulus / wheel.width + soil.frictional_modulus),
-        exponent_(soil.sinkage_exponent),
-        radius_(wheel.radius),
-        cos_entry_(cos_entry) {}
+  BekkerWongPressure(const Soil& soil, const WheelShape& wheel)
+      : modulus_(soil.cohesive_modulus / wheel.width + soil.frictional_modulus), exponent_(soil.sinkage_exponent) {}
 
-  // [Pa] from cos theta of a point of the front zone
-  double operator()(double cos_theta) const {
-    const double depth = radius_ * (cos_theta - cos_entry_);
+  // [Pa] at a depth [m]
+  double operator()(double depth) const {
     if (depth <= 0) return 0;
     return exponent_ == 1.0 ? modulus_ * depth : modulus_ * std::pow(depth, exponent_);
   }
 
  private:
-  double modulus_;    // [N/m^(n+2)] kc/b + kphi
-  double exponent_;   // [-]
-  double radius_;     // [m]
-  double cos_entry_;  // [-]
+  double modulus_;   // [N/m^(n+2)] kc/b + kphi
+  double exponent_;  // [-]
 };
 
 }  // namespace rille

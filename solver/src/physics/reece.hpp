@@ -15,10 +15,9 @@
 
 namespace rille {
 
-class ReeceStress {
+class ReecePressure {
  public:
-  ReeceStress(const Soil& soil, const WheelShape& wheel, double cos_entry)
-      : exponent_(soil.sinkage_exponent), radius_per_width_(wheel.radius / wheel.width), cos_entry_(cos_entry) {
+  ReecePressure(const Soil& soil, const WheelShape& wheel) : exponent_(soil.sinkage_exponent), per_width_(1 / wheel.width) {
     const double conversion = std::pow(wheel.width, soil.sinkage_exponent - 1);
     const double cohesive = soil.reece_cohesive_modulus ? soil.cohesion * *soil.reece_cohesive_modulus
                                                         : soil.cohesive_modulus * conversion;
@@ -27,18 +26,17 @@ class ReeceStress {
     pressure_ = cohesive + frictional * wheel.width;
   }
 
-  // [Pa] from cos theta of a point of the front zone
-  double operator()(double cos_theta) const {
-    const double depth = radius_per_width_ * (cos_theta - cos_entry_);
+  // [Pa] at a depth [m]
+  double operator()(double depth) const {
     if (depth <= 0) return 0;
-    return exponent_ == 1.0 ? pressure_ * depth : pressure_ * std::pow(depth, exponent_);
+    const double ratio = per_width_ * depth;
+    return exponent_ == 1.0 ? pressure_ * ratio : pressure_ * std::pow(ratio, exponent_);
   }
 
  private:
-  double pressure_ = 0;      // [Pa] at a sinkage of one width
-  double exponent_;          // [-]
-  double radius_per_width_;  // [-]
-  double cos_entry_;         // [-]
+  double pressure_ = 0;  // [Pa] at a sinkage of one width
+  double exponent_;      // [-]
+  double per_width_;     // [1/m]
 };
 
 }  // namespace rille

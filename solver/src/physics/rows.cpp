@@ -8,10 +8,12 @@ void RowSet::clear() {
   rows_.clear();
   index_.clear();
   value_.clear();
+  wrenches_.clear();
 }
 
-int RowSet::open() {
+int RowSet::open(RowKind kind) {
   Row row;
+  row.kind = kind;
   row.first = static_cast<int>(index_.size());
   rows_.push_back(row);
   return size() - 1;
@@ -101,6 +103,8 @@ bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd&
   for (int pivot = 0; pivot < most_pivots && !settled; ++pivot) {
     if (!solve_on_set(mass_matrix, rows)) return false;
     settled = true;
+    // A stiff row turns the rounding of speeds into impulses; what lies within that is no reason to change the set, or it would cycle.
+    const double rounding = 1e-14 * (v_free.lpNorm<Eigen::Infinity>() + change_.lpNorm<Eigen::Infinity>());
     for (int i = 0; i < n_rows; ++i) {
       Row& row = rows[i];
       if (row.weight == 0) continue;
@@ -111,9 +115,9 @@ bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd&
       const double wanted = row.weight * (residual_[i] - rows.dot(row, change_));
       RowSide side = row.side;
       if (side == RowSide::free) {
-        if (wanted < row.lower) side = RowSide::at_lower;
-        if (wanted > row.upper) side = RowSide::at_upper;
-      } else if (side == RowSide::at_lower ? wanted > row.lower : wanted < row.upper) {
+        if (wanted < row.lower - row.weight * rounding) side = RowSide::at_lower;
+        if (wanted > row.upper + row.weight * rounding) side = RowSide::at_upper;
+      } else if (side == RowSide::at_lower ? wanted > row.lower + row.weight * rounding : wanted < row.upper - row.weight * rounding) {
         side = RowSide::free;
       }
       impulse_[i] = std::clamp(wanted, row.lower, row.upper);

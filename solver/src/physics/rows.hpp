@@ -19,6 +19,9 @@ namespace rille {
 
 enum class RowSide : signed char { at_lower = -1, free = 0, at_upper = 1 };
 
+// Where the energy that a row moves is booked.
+enum class RowKind : signed char { drive, joint, coupling, soil, contact, external };
+
 struct Row {
   int first = 0;      // first element in the pools of RowSet
   int count = 0;      // number of elements
@@ -28,6 +31,16 @@ struct Row {
   double lower = -std::numeric_limits<double>::infinity();  // [impulse]
   double upper = std::numeric_limits<double>::infinity();   // [impulse]
   RowSide side = RowSide::free;
+  RowKind kind = RowKind::joint;
+};
+
+// What a unit impulse of a row does to one body: force and torque, at a point.
+struct RowWrench {
+  int row = 0;
+  int body = 0;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    // [m] in W
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // [-]
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // [-]
 };
 
 // Rows with their sparse Jacobians in two pools; cleared and refilled at every step without allocating.
@@ -36,8 +49,11 @@ class RowSet {
   void clear();
 
   // Starts a row and returns its index; its Jacobian follows by add().
-  int open();
+  int open(RowKind kind = RowKind::joint);
   void add(int dof, double value);
+  // Remembers the open row's effect on a body, for the reactions in the joints.
+  void add_wrench(const RowWrench& wrench) { wrenches_.push_back(wrench); }
+  const std::vector<RowWrench>& wrenches() const { return wrenches_; }
 
   Row& operator[](int row) { return rows_[static_cast<std::size_t>(row)]; }
   const Row& operator[](int row) const { return rows_[static_cast<std::size_t>(row)]; }
@@ -51,6 +67,7 @@ class RowSet {
   std::vector<Row> rows_;
   std::vector<int> index_;
   std::vector<double> value_;
+  std::vector<RowWrench> wrenches_;
 };
 
 class RowSolver {

@@ -10,6 +10,7 @@
 //   j_y = r (theta_f - theta) v_y / (r w)
 // Shear stress, Mohr-Coulomb with the exponential mobilisation, isotropic in (j_x/K, j_y/ky):
 //   |tau| = (c + sigma tan phi) (1 - exp(-|j|)),  along j;   with j_y = 0 this is Janosi-Hanamoto exactly.
+// A braked wheel (kappa > 1) has two shear zones: j_x changes its sign inside the contact, and the integrals are split there.
 // Forces (Wong & Reece 1967, eqs 7-9):
 //   N = r b Int(sigma cos + tau_x sin),  D = r b Int(tau_x cos - sigma sin),  T = r^2 b Int tau_x,  F_y = r b Int tau_y
 #pragma once
@@ -38,6 +39,8 @@ struct SoilReaction {
   double torque = 0;            // [N m] T, resists the drive
   double rolling_torque = 0;    // [N m] T of the same normal stresses at zero slip (kappa = 1)
   double shear_strength = 0;    // [N] r b Int(c + sigma tan phi): bound of T/r and F_y
+  double scrub_torque = 0;      // [N m] about the ground's normal, resists turning on the spot; 0 in the base model
+  double peak_stress = 0;       // [Pa] normal stress at theta_m
   double contact_length = 0;    // [m] chord of the contact
   double entry_angle = 0;       // [rad] theta_f
   double peak_angle = 0;        // [rad] theta_m

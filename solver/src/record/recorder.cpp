@@ -1,6 +1,7 @@
 #include "record/recorder.hpp"
 
 #include <initializer_list>
+#include <utility>
 
 namespace rille {
 namespace {
@@ -17,19 +18,52 @@ void insert(SQLite::Statement& statement, std::int64_t run, double time, std::in
 
 }  // namespace
 
-Recorder::Recorder(SQLite::Database& database, const Model& model, const std::string& solver)
+Recorder::Recorder(SQLite::Database& database, const Model& model)
     : database_(database),
       model_(model),
       body_(database, "INSERT INTO body_state VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
       joint_(database, "INSERT INTO joint_state VALUES (?, ?, ?, ?, ?, ?, ?)"),
       wheel_(database, "INSERT INTO wheel_state VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
-      event_(database, "INSERT INTO event (run_id, time, kind, subject, message) VALUES (?, ?, ?, ?, ?)") {
+      event_(database, "INSERT INTO event (run_id, time, kind, subject, message) VALUES (?, ?, ?, ?, ?)"),
+      reaction_(database, "INSERT INTO joint_reaction VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      energy_(database, "INSERT INTO energy_state VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      sample_(database, "INSERT OR REPLACE INTO sensor_sample VALUES (?, ?, ?, ?, ?)") {}
+
+Recorder::Recorder(SQLite::Database& database, const Model& model, const std::string& solver) : Recorder(database, model) {
   SQLite::Statement run(database, "INSERT INTO run (scenario_id, solver, step, status) VALUES (?, ?, ?, 'running')");
   run.bind(1, model.scenario.id);
   run.bind(2, solver);
   run.bind(3, model.scenario.step);
   run.exec();
   run_id_ = database.getLastInsertRowid();
+}
+
+Recorder::Recorder(SQLite::Database& database, const Model& model, std::int64_t resume, double time, bool keep_time)
+    : Recorder(database, model) {
+  run_id_ = resume;
+  const double last = keep_time ? time + 0.25 * model.scenario.step : time - 0.25 * model.scenario.step;
+  SQLite::Transaction transaction(database);
+  for (const char* table : {"body_state", "joint_state", "wheel_state", "joint_reaction", "energy_state"}) {
+    SQLite::Statement remove(database, std::string("DELETE FROM ") + table + " WHERE run_id = ? AND time > ?");
+    remove.bind(1, resume);
+    remove.bind(2, last);
+    remove.exec();
+  }
+  // Events and samples of the very moment of the checkpoint were written before it.
+  for (const char* table : {"event", "sensor_sample"}) {
+    SQLite::Statement remove(database, std::string("DELETE FROM ") + table + " WHERE run_id = ? AND time > ?");
+    remove.bind(1, resume);
+    remove.bind(2, time + 0.25 * model.scenario.step);
+    remove.exec();
+  }
+  SQLite::Statement outcome(database, "DELETE FROM event WHERE run_id = ? AND kind = 'interrupted'");
+  outcome.bind(1, resume);
+  outcome.exec();
+  SQLite::Statement run(database, "UPDATE run SET status = 'running', message = '' WHERE id = ?");
+  run.bind(1, resume);
+  run.exec();
+  transaction.commit();
+  time_reached_ = time;
 }
 
 void Recorder::begin() {
@@ -59,6 +93,17 @@ void Recorder::add(const Snapshot& snapshot) {
            {s.center.x(), s.center.y(), s.center.z(), s.ground_height, s.slip_ratio, s.slip_angle, s.sinkage, s.normal_load,
             s.drawbar_pull, s.side_force, s.drive_torque});
   }
+  for (std::size_t j = 0; j < snapshot.reactions.size(); ++j) {
+    const JointReaction& r = snapshot.reactions[j];
+    insert(reaction_, run_id_, snapshot.time, rover.joints[j].id, {r.force.x(), r.force.y(), r.force.z(), r.torque.x(), r.torque.y(), r.torque.z()});
+  }
+  const EnergyState& e = snapshot.energy;
+  energy_.reset();
+  energy_.bind(1, run_id_);
+  int column = 2;
+  for (const double value : {snapshot.time, e.kinetic, e.potential, e.drive_work, e.soil_loss, e.joint_loss, e.contact_loss, e.external_work, e.residual})
+    energy_.bind(column++, value);
+  energy_.exec();
   time_reached_ = snapshot.time;
   if (++pending_ >= kChunk) commit(Outcome::running, "");
 }
@@ -75,6 +120,57 @@ void Recorder::add(const std::vector<Event>& events) {
     event_.bind(5, event.message);
     event_.exec();
   }
+}
+
+void Recorder::add(const std::vector<SensorSample>& samples) {
+  if (samples.empty()) return;
+  begin();
+  for (const SensorSample& sample : samples) {
+    sample_.reset();
+    sample_.bind(1, run_id_);
+    sample_.bind(2, model_.rover.sensors[static_cast<std::size_t>(sample.sensor)].id);
+    sample_.bind(3, sample.time);
+    sample_.bind(4, sample.component);
+    sample_.bind(5, sample.value);
+    sample_.exec();
+  }
+}
+
+void Recorder::add(const Ruts& ruts) {
+  begin();
+  SQLite::Statement tile(database_, "INSERT OR REPLACE INTO rut_tile VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  for (const auto& [key, values] : ruts.tiles())
+    for (const auto& [layer, data] : {std::pair{"sinkage", &values.sinkage}, std::pair{"pressure", &values.pressure}}) {
+      tile.reset();
+      tile.bind(1, run_id_);
+      tile.bind(2, layer);
+      tile.bind(3, key.first * Ruts::kTile);
+      tile.bind(4, key.second * Ruts::kTile);
+      tile.bind(5, Ruts::kTile);
+      tile.bind(6, Ruts::kTile);
+      tile.bind(7, ruts.posting());
+      tile.bind(8, ruts.x_west());
+      tile.bind(9, ruts.y_north());
+      tile.bind(10, data->data(), static_cast<int>(sizeof(float) * data->size()));
+      tile.exec();
+    }
+}
+
+void Recorder::add_checkpoint(long long step, const std::string& model_digest, const std::string& state) {
+  begin();
+  SQLite::Statement row(database_, "INSERT OR REPLACE INTO checkpoint VALUES (?, ?, ?, ?)");
+  row.bind(1, run_id_);
+  row.bind(2, static_cast<std::int64_t>(step));
+  row.bind(3, model_digest);
+  row.bind(4, state.data(), static_cast<int>(state.size()));
+  row.exec();
+}
+
+void Recorder::drop_checkpoint() {
+  begin();
+  SQLite::Statement row(database_, "DELETE FROM checkpoint WHERE run_id = ?");
+  row.bind(1, run_id_);
+  row.exec();
 }
 
 void Recorder::commit(Outcome outcome, const std::string& message) {

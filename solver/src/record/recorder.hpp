@@ -10,16 +10,24 @@
 
 #include "model/model.hpp"
 #include "model/result.hpp"
+#include "world/ruts.hpp"
 
 namespace rille {
 
 class Recorder {
  public:
-  // Opens a row in table `run` and commits it, with status running.
+  // Opens a row in table `run` and commits it, with status running. resume: the run that goes on instead; what it holds beyond
+  // `time` [s] (and at `time`, unless keep_time) was written after its checkpoint and is removed.
   Recorder(SQLite::Database& database, const Model& model, const std::string& solver);
+  Recorder(SQLite::Database& database, const Model& model, std::int64_t resume, double time, bool keep_time);
 
   void add(const Snapshot& snapshot);
   void add(const std::vector<Event>& events);
+  void add(const std::vector<SensorSample>& samples);
+  void add(const Ruts& ruts);
+  // State of the solver after so many steps, in place of the run's last one.
+  void add_checkpoint(long long step, const std::string& model_digest, const std::string& state);
+  void drop_checkpoint();
   // Commits what is pending and the time reached; called by itself every `kChunk` snapshots.
   void commit(Outcome outcome, const std::string& message);
 
@@ -28,6 +36,7 @@ class Recorder {
  private:
   static constexpr int kChunk = 200;  // snapshots per transaction
 
+  Recorder(SQLite::Database& database, const Model& model);
   void begin();
 
   SQLite::Database& database_;
@@ -40,6 +49,9 @@ class Recorder {
   SQLite::Statement joint_;
   SQLite::Statement wheel_;
   SQLite::Statement event_;
+  SQLite::Statement reaction_;
+  SQLite::Statement energy_;
+  SQLite::Statement sample_;
 };
 
 }  // namespace rille

@@ -24,7 +24,7 @@ BodyState pose_on_terrain(const Model& model, Mechanism& mechanism) {
     throw InputRefused(fmt::format("scenario '{}' places the model on the terrain, but it has {} wheels and needs at least 3; "
                                    "use placement 'as_given'", scenario.name, wheels.size()));
   const Ground ground(*model.terrain);
-  const HeightGrid& grid = model.terrain->grid;
+  const HeightGrid& grid = *model.terrain->grid;
   const Vector3d forward = scenario.start_rotation * Vector3d::UnitX();
   const double heading = std::atan2(forward.y(), forward.x());
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "effects/registry.hpp"
 #include "model/error.hpp"
 #include "simulate/placement.hpp"
 
@@ -15,23 +16,74 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Weight of rows that are meant to be rigid (drives, limits), as a multiple of the joint's own inertia: the speed error of a
-// drive is effort h / weight, about 1e-8 rad/s, while the matrix stays well conditioned.
+// Weight of rows that are meant to be rigid (limits, dry friction at rest), as a multiple of the joint's own inertia.
 constexpr double kRigidity = 1e7;
 constexpr double kLimitReturnSpeed = 1.0;  // [rad/s or m/s] largest speed at which a violated limit is restored
 constexpr double kSaturationTime = 0.5;    // [s] a drive at its limit for so long is worth an event; starting up is not
-constexpr double kWatchInterval = 0.1;     // [s] between looks at bodies that reach into the ground
 constexpr double kRestSpeed = 1e-4;        // [m/s, rad/s] slower than this everywhere counts as settled
 constexpr double kLargestSpeed = 1e6;      // [m/s, rad/s] beyond this a state counts as diverged
+constexpr double kStartOverlap = 5e-3;     // [m] deeper inside a rock nothing may start
+constexpr double kStuckLook = 0.01;        // [s] between looks for tip-over and the like
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 }  // namespace
 
+Model& Simulation::prepared(Model& model, Effects& effects) {
+  effects = attach_effects(model);
+  return model;
+}
+
 Simulation::Simulation(Model model)
-    : model_(std::make_unique<Model>(std::move(model))), mechanism_(model_->rover, model_->scenario.gravity) {
+    : model_(std::make_unique<Model>(std::move(model))),
+      effects_(std::make_unique<Effects>()),
+      mechanism_(prepared(*model_, *effects_).rover, model_->scenario.gravity) {
+  const Rover& rover = model_->rover;
+  check_couplings();
+  for (std::size_t j = 0; j < rover.joints.size(); ++j) {
+    if (!rover.joints[j].limit) continue;
+    limits_.push_back({.joint = static_cast<int>(j), .at_upper = false});
+    limits_.push_back({.joint = static_cast<int>(j), .at_upper = true});
+  }
+  drive_of_joint_.assign(rover.joints.size(), -1);
+  for (const Drive& drive : rover.drives) {
+    drive_of_joint_[at(drive.joint)] = static_cast<int>(drives_.size());
+    drives_.emplace_back(drive, mechanism_.dof_of(drive.joint), effects_->joints[at(drive.joint)]);
+  }
+  effort_.setZero(mechanism_.dofs());
+  reactions_.resize(rover.joints.size());
+  rigid_ = std::make_unique<RigidContacts>(*model_, mechanism_);
+  sensors_ = std::make_unique<Sensors>(*model_, effects_->sensors);
+  watcher_ = std::make_unique<Watcher>(*model_);
+  watching_ = !sensors_->empty() || !watcher_->empty();
+  place();
+  if (model_->terrain && !rover.wheels.empty()) {
+    double narrowest = rover.wheels[0].width;
+    for (std::size_t w = 0; w < rover.wheels.size(); ++w) {
+      narrowest = std::min(narrowest, rover.wheels[w].width);
+      contacts_.emplace_back(rover, *model_->terrain, static_cast<int>(w), effects_->wheels[w]);
+    }
+    ruts_ = std::make_unique<Ruts>(*model_->terrain->grid, narrowest);
+  }
+  // A position drive that was not commanded yet holds where it stands.
+  for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
+  read_commands();
+  mechanism_.update_kinematics();
+  for (std::size_t b = 0; b < rover.bodies.size(); ++b)
+    for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
+  rigid_->find(mechanism_, model_->scenario.step);
+  if (const auto [overlap, sentence] = rigid_->deepest_overlap(); overlap < -kStartOverlap)
+    throw InputRefused(sentence + "; move the scenario's start or the obstacle");
+  // Contacts are read once, so that a snapshot at t = 0 shows the wheels where they are.
+  rows_.clear();
+  for (WheelContact& contact : contacts_) contact.open_rows(mechanism_, 0, model_->scenario.step, rows_, *rigid_, nullptr);
+}
+
+void Simulation::check_couplings() {
   const Rover& rover = model_->rover;
   for (const Differential& differential : rover.differentials) {
-    const Joint& a = rover.joints[differential.joint_a];
-    const Joint& b = rover.joints[differential.joint_b];
+    const Joint& a = rover.joints[at(differential.joint_a)];
+    const Joint& b = rover.joints[at(differential.joint_b)];
     for (const Joint* joint : {&a, &b})
       if (joint->kind != JointKind::hinge || joint->parent != differential.carrier)
         throw InputRefused(fmt::format("differential '{}' needs joint '{}' to be a hinge on its carrier; correct joint or carrier",
@@ -42,26 +94,6 @@ Simulation::Simulation(Model model)
                                      differential.name, a.name, b.name, std::acos(cosine) * 180 / M_PI));
     position_sign_.push_back(cosine > 0 ? 1 : -1);
   }
-  for (std::size_t j = 0; j < rover.joints.size(); ++j) {
-    if (!rover.joints[j].limit) continue;
-    limits_.push_back({.joint = static_cast<int>(j), .at_upper = false});
-    limits_.push_back({.joint = static_cast<int>(j), .at_upper = true});
-  }
-  in_ground_.assign(rover.outlines.size(), false);
-  drives_.resize(rover.drives.size());
-  effort_.setZero(mechanism_.dofs());
-  place();
-  if (model_->terrain)
-    for (std::size_t w = 0; w < rover.wheels.size(); ++w)
-      contacts_.emplace_back(rover, *model_->terrain, static_cast<int>(w));
-  // A position drive that was not commanded yet holds where it stands.
-  for (std::size_t d = 0; d < drives_.size(); ++d)
-    if (rover.drives[d].mode == DriveMode::position) drives_[d].set_value = mechanism_.joint_position(rover.drives[d].joint);
-  read_commands();
-  mechanism_.update_kinematics();
-  // Contacts are read once, so that a snapshot at t = 0 shows the wheels where they are.
-  rows_.clear();
-  for (WheelContact& contact : contacts_) contact.open_rows(mechanism_, model_->scenario.step, rows_);
 }
 
 void Simulation::place() {
@@ -83,37 +115,59 @@ void Simulation::read_commands() {
   // Half a step of tolerance, so that a command at k h acts in step k whatever the rounding of k h.
   const double now = time() + 0.5 * model_->scenario.step;
   for (; next_command_ < commands.size() && commands[next_command_].time <= now; ++next_command_)
-    drives_[static_cast<std::size_t>(commands[next_command_].drive)].set_value = commands[next_command_].value;
+    drives_[at(commands[next_command_].drive)].set(commands[next_command_].value);
 }
 
 bool Simulation::open_drive_rows(double h) {
-  const Rover& rover = model_->rover;
+  double supply = 1;
+  double load = 0;
+  for (const DriveUnit& drive : drives_) load += drive.load() / static_cast<double>(drives_.size());
+  bool any = false;
+  for (DriveUnit& drive : drives_) {
+    supply = drive.sag() > 0 ? std::max(1 - drive.sag() * std::min(load, 1.0), 0.05) : 1.0;
+    any = drive.open_rows(mechanism_, h, holding_, supply, rows_, effort_) || any;
+  }
+  return any;
+}
+
+bool Simulation::open_joint_effects(double h) {
   const auto& mass = mechanism_.mass_matrix();
   bool any = false;
-  for (std::size_t d = 0; d < drives_.size(); ++d) {
-    DriveState& state = drives_[d];
-    const Drive& drive = rover.drives[d];
-    const int dof = mechanism_.dof_of(drive.joint);
-    state.row = -1;
-    if (drive.mode == DriveMode::torque && !holding_) {
-      state.effort = std::clamp(state.set_value, -drive.max_torque, drive.max_torque);
-      effort_[dof] = state.effort;
-      continue;
+  for (std::size_t j = 0; j < effects_->joints.size(); ++j) {
+    if (effects_->joints[j].empty()) continue;
+    const int joint = static_cast<int>(j);
+    const int dof = mechanism_.dof_of(joint);
+    JointMotion motion{.time = time(), .position = mechanism_.joint_position(joint), .velocity = mechanism_.joint_velocity(joint)};
+    if (drive_of_joint_[j] >= 0) motion.drive_effort = drives_[at(drive_of_joint_[j])].effort();
+    JointFriction friction;
+    const auto open = [&](double weight) -> Row& {
+      const int row = rows_.open(RowKind::joint);
+      rows_.add(dof, 1);
+      rows_[row].weight = weight;
+      any = true;
+      return rows_[row];
+    };
+    for (const auto& effect : effects_->joints[j]) {
+      effect->rub(motion, friction);
+      const double effort = effect->effort(motion);
+      double slope = 0;
+      if (effect->depends_on_velocity()) {  // where it damps, its slope is taken implicitly
+        constexpr double kNudge = 1e-6;
+        JointMotion nudged = motion;
+        nudged.velocity += kNudge;
+        slope = (effect->effort(nudged) - effort) / kNudge;
+      }
+      if (slope < 0)
+        open(-h * slope).target = motion.velocity - effort / slope;
+      else
+        effort_[dof] += effort;
     }
-    double speed = 0;
-    if (drive.mode == DriveMode::speed && !holding_) speed = state.set_value;
-    if (drive.mode == DriveMode::position)
-      speed = std::min(drive.position_gain, 1 / h) * (state.set_value - mechanism_.joint_position(drive.joint));
-    if (drive.max_speed) speed = std::clamp(speed, -*drive.max_speed, *drive.max_speed);
-    state.row = rows_.open();
-    rows_.add(dof, 1);
-    Row& row = rows_[state.row];
-    row.weight = kRigidity * mass(dof, dof);
-    row.target = speed;
-    row.lower = -h * drive.max_torque;
-    row.upper = h * drive.max_torque;
-    row.side = state.side;
-    any = true;
+    if (friction.viscous > 0) open(h * friction.viscous);
+    if (friction.dry > 0) {
+      Row& row = open(kRigidity * mass(dof, dof));
+      row.lower = -h * friction.dry;
+      row.upper = h * friction.dry;
+    }
   }
   return any;
 }
@@ -122,7 +176,7 @@ bool Simulation::open_limit_rows(double h) {
   const auto& mass = mechanism_.mass_matrix();
   bool any = false;
   for (LimitState& state : limits_) {
-    const Limit& limit = *model_->rover.joints[state.joint].limit;
+    const Limit& limit = *model_->rover.joints[at(state.joint)].limit;
     const int dof = mechanism_.dof_of(state.joint);
     const double position = mechanism_.joint_position(state.joint);
     const double gap = state.at_upper ? limit.upper - position : position - limit.lower;
@@ -133,7 +187,7 @@ bool Simulation::open_limit_rows(double h) {
       state.side = RowSide::at_lower;
       continue;
     }
-    state.row = rows_.open();
+    state.row = rows_.open(RowKind::joint);
     rows_.add(dof, state.at_upper ? -1 : 1);
     Row& row = rows_[state.row];
     row.weight = kRigidity * mass(dof, dof);
@@ -150,7 +204,7 @@ void Simulation::open_coupling_rows(double h) {
   const auto couple = [&](int joint_a, double factor_a, int joint_b, double factor_b) {
     const int dof_a = mechanism_.dof_of(joint_a);
     const int dof_b = mechanism_.dof_of(joint_b);
-    const int row = rows_.open();
+    const int row = rows_.open(RowKind::coupling);
     if (dof_a < dof_b) {
       rows_.add(dof_a, factor_a);
       rows_.add(dof_b, factor_b);
@@ -167,6 +221,49 @@ void Simulation::open_coupling_rows(double h) {
   for (const Gear& gear : rover.gears) couple(gear.joint_a, -gear.ratio, gear.joint_b, 1);
 }
 
+// Stiff rather than hard rows: closures of flat loops repeat what the hinges say already, and hard rows that repeat have no solution.
+void Simulation::open_closure_rows(double h) {
+  for (const LoopClosure& closure : model_->rover.loop_closures) {
+    const Vector3d a = mechanism_.to_world(closure.body_a, closure.point);
+    const Vector3d b = closure.body_b < 0 ? closure.point : mechanism_.to_world(closure.body_b, closure.point);
+    double mass = model_->rover.bodies[at(closure.body_a)].mass;
+    if (closure.body_b >= 0) mass = std::min(mass, model_->rover.bodies[at(closure.body_b)].mass);
+    for (int axis = 0; axis < 3; ++axis) {
+      const int row = rows_.open(RowKind::coupling);
+      mechanism_.add_relative_jacobian(closure.body_a, closure.body_b, a, b, Vector3d::Unit(axis), rows_);
+      rows_[row].weight = kRigidity * mass;
+      rows_[row].target = -0.2 * (a - b)[axis] / h;
+    }
+  }
+}
+
+BodyMotion Simulation::motion_of(std::size_t body) const {
+  const int b = static_cast<int>(body);
+  return {.time = time(), .mass = model_->rover.bodies[body].mass, .gravity = model_->scenario.gravity, .com = mechanism_.com(b),
+          .velocity = mechanism_.com_velocity(b), .angular_velocity = mechanism_.angular_velocity(b)};
+}
+
+bool Simulation::open_body_effects(double h) {
+  bool any = false;
+  for (std::size_t b = 0; b < effects_->bodies.size(); ++b) {
+    if (effects_->bodies[b].empty()) continue;
+    const BodyMotion motion = motion_of(b);
+    forces_.clear();
+    for (const auto& effect : effects_->bodies[b]) effect->push(motion, h, forces_);
+    for (const BodyForce& force : forces_) {
+      const int row = rows_.open(RowKind::external);
+      const Vector3d none = Vector3d::Zero();
+      mechanism_.add_jacobian(static_cast<int>(b), motion.com, force.angular ? none : force.direction, force.angular ? force.direction : none, rows_);
+      rows_[row].weight = std::max(force.weight, 1e-30);
+      rows_[row].target = force.target;
+      rows_[row].lower = force.lower;
+      rows_[row].upper = force.upper;
+      any = true;
+    }
+  }
+  return any;
+}
+
 Outcome Simulation::fail(Outcome outcome, std::string message) {
   outcome_ = outcome;
   message_ = std::move(message);
@@ -175,128 +272,140 @@ Outcome Simulation::fail(Outcome outcome, std::string message) {
 }
 
 void Simulation::note(const char* kind, const std::string& subject, std::string message) {
-  if (!holding_) events_.push_back({time(), kind, subject, std::move(message)});
+  events_.push_back({time(), kind, subject, std::move(message)});
 }
 
-Outcome Simulation::advance(bool hold) {
+bool Simulation::solve_rows() {
+  const VectorXd& v_free = mechanism_.free_velocity(model_->scenario.step, effort_);
+  do {
+    if (!solver_.solve(mechanism_.mass_matrix(), v_free, rows_, velocity_)) return false;
+  } while (rigid_->tighten(rows_, solver_.impulse()));
+  return true;
+}
+
+Outcome Simulation::advance(bool hold, bool report) {
   const Scenario& scenario = model_->scenario;
+  const Rover& rover = model_->rover;
   const double h = scenario.step;
   holding_ = hold;
   mechanism_.update_kinematics();
-  watch_outlines();
-
+  mechanism_.update_mass_matrix();
   rows_.clear();
   effort_.setZero();
-  mechanism_.update_mass_matrix();
   const bool driven = open_drive_rows(h);
+  const bool rubbed = open_joint_effects(h);
   const bool limited = open_limit_rows(h);
   open_coupling_rows(h);
+  open_closure_rows(h);
+  const bool pushed = open_body_effects(h);
+  rigid_->find(mechanism_, h);
   bool on_soil = false;
-  for (WheelContact& contact : contacts_) {
-    const ContactStatus status = contact.open_rows(mechanism_, h, rows_);
-    const Vector3d& center = contact.state().center;
+  for (std::size_t w = 0; w < contacts_.size(); ++w) {
+    const ContactStatus status = contacts_[w].open_rows(mechanism_, time(), h, rows_, *rigid_, ruts_.get());
+    const WheelState& state = contacts_[w].state();
     if (status == ContactStatus::off_terrain)
       return fail(Outcome::left_terrain,
-                  fmt::format("at t = {:.3f} s wheel '{}' left terrain '{}' or came to a missing height at x = {:.2f} m, "
-                              "y = {:.2f} m; take a larger terrain or a shorter drive",
-                              time(), model_->rover.wheels[&contact - contacts_.data()].name, model_->terrain->name,
-                              center.x(), center.y()));
+                  fmt::format("at t = {:.3f} s wheel '{}' left terrain '{}' or reached a missing height at x = {:.2f} m, y = {:.2f} m; use a larger "
+                              "terrain or a shorter drive",
+                              time(), rover.wheels[w].name, model_->terrain->name, state.center.x(), state.center.y()));
     if (status == ContactStatus::buried)
       return fail(Outcome::wheel_buried,
                   fmt::format("at t = {:.3f} s wheel '{}' sank past its axle at x = {:.2f} m, y = {:.2f} m; the soil is too "
                               "soft for its load, or the step of {:g} s too large",
-                              time(), model_->rover.wheels[&contact - contacts_.data()].name, center.x(), center.y(), h));
+                              time(), rover.wheels[w].name, state.center.x(), state.center.y(), h));
     on_soil = on_soil || status == ContactStatus::on_soil;
   }
+  const bool touching = rigid_->open_rows(mechanism_, h, rows_);
 
-  const bool coupled = !model_->rover.differentials.empty() || !model_->rover.gears.empty();
-  const bool free_of_rows = !driven && !limited && !coupled && !on_soil;
+  const bool coupled = !rover.differentials.empty() || !rover.gears.empty() || !rover.loop_closures.empty();
+  const bool free_of_rows = !driven && !rubbed && !limited && !coupled && !pushed && !on_soil && !touching;
   const VectorXd before = mechanism_.velocity();
   if (free_of_rows && scenario.integrator != Integrator::semi_implicit_euler) {
     mechanism_.advance_rk4(h, effort_);
   } else {
-    const VectorXd& v_free = mechanism_.free_velocity(h, effort_);
-    if (!solver_.solve(mechanism_.mass_matrix(), v_free, rows_, velocity_))
+    if (!solve_rows())
       return fail(Outcome::diverged,
-                  fmt::format("at t = {:.3f} s the constraint rows found no solution; try a smaller step than {:g} s",
-                              time(), h));
+                  fmt::format("at t = {:.3f} s the constraint rows found no solution; try a smaller step than {:g} s", time(), h));
     mechanism_.set_velocity(velocity_);
     mechanism_.advance_position(h);
   }
-  account(h, before, mechanism_.velocity());
-  ++steps_;
-
   const VectorXd& after = mechanism_.velocity();
+  if (report && after.allFinite()) reactions_ = mechanism_.reactions(before, (after - before) / h, rows_, solver_.impulse(), h);
+  for (std::size_t b = 0; b < effects_->bodies.size(); ++b) {
+    if (effects_->bodies[b].empty()) continue;
+    BodyMotion motion = motion_of(b);  // kinematics are those of the beginning; the velocity of the centre of mass is not
+    motion.velocity = mechanism_.com_velocity_with(static_cast<int>(b), after);
+    for (auto& effect : effects_->bodies[b]) effect->advance(motion, h);
+  }
+  ++steps_;
+  account(h, before, after);
+
   const double fastest = after.cwiseAbs().maxCoeff();
   if (!(fastest < kLargestSpeed) || !after.allFinite()) {
     Eigen::Index worst = 0;
     for (Eigen::Index i = 0; i < after.size(); ++i)
       if (!std::isfinite(after[i]) || std::abs(after[i]) > std::abs(after[worst])) worst = i;
     std::string where = "the root body";
-    for (std::size_t j = 0; j < model_->rover.joints.size(); ++j)
-      if (mechanism_.dof_of(static_cast<int>(j)) == worst) where = "joint '" + model_->rover.joints[j].name + "'";
+    for (std::size_t j = 0; j < rover.joints.size(); ++j)
+      if (mechanism_.dof_of(static_cast<int>(j)) == worst) where = "joint '" + rover.joints[j].name + "'";
     return fail(Outcome::diverged, fmt::format("at t = {:.3f} s the speed of {} grew to {:g}; try a smaller step than {:g} s",
                                                time(), where, after[worst], h));
   }
-  return Outcome::running;
+  if (!hold) look(h);
+  return outcome_;
 }
 
 void Simulation::account(double h, const VectorXd& before, const VectorXd& after) {
   const Rover& rover = model_->rover;
   const auto& impulse = solver_.impulse();
-  for (WheelContact& contact : contacts_) contact.close_rows(rows_, impulse, h);
-  for (std::size_t d = 0; d < drives_.size(); ++d) {
-    DriveState& state = drives_[d];
-    const Drive& drive = rover.drives[d];
-    const int dof = mechanism_.dof_of(drive.joint);
-    if (state.row >= 0) {
-      state.side = rows_[state.row].side;
-      state.effort = impulse[state.row] / h;
-      const double before_now = state.saturated_for;
-      state.saturated_for = state.side == RowSide::free ? 0 : state.saturated_for + h;
-      if (before_now < kSaturationTime && state.saturated_for >= kSaturationTime)
-        note("drive_saturated", drive.name,
-             fmt::format("drive '{}' was at its largest effort of {:g} for {:g} s until t = {:.3f} s", drive.name,
-                         drive.max_torque, kSaturationTime, time()));
-    }
+  const double now = holding_ ? 0 : time();
+  if (!holding_) {
     // Exact for an impulse: the kinetic energy changes by the impulse times the mean of the speeds before and after.
-    if (!holding_) state.work += state.effort * h * 0.5 * (before[dof] + after[dof]);
+    for (int i = 0; i < rows_.size(); ++i)
+      work_.of_kind[static_cast<std::size_t>(rows_[i].kind)] += impulse[i] * 0.5 * (rows_.dot(rows_[i], before) + rows_.dot(rows_[i], after));
+    work_.given += 0.5 * h * effort_.dot(before + after);
+  }
+  for (std::size_t w = 0; w < contacts_.size(); ++w) contacts_[w].close_rows(rows_, impulse, h);
+  std::vector<Event> unwanted;
+  rigid_->close_rows(rows_, impulse, h, now, holding_ ? unwanted : events_);
+  for (std::size_t w = 0; w < contacts_.size(); ++w) contacts_[w].add_rigid(rigid_->wheel_force(static_cast<int>(w)));
+  for (DriveUnit& drive : drives_) {
+    const int dof = mechanism_.dof_of(drive.drive().joint);
+    const double saturated_for = drive.saturated_for();
+    drive.close_rows(rows_, impulse, h, before[dof], after[dof], !holding_);
+    if (saturated_for < kSaturationTime && drive.saturated_for() >= kSaturationTime)
+      note("drive_saturated", drive.drive().name,
+           fmt::format("drive '{}' was at its largest effort of {:g} for {:g} s until t = {:.3f} s", drive.drive().name,
+                       drive.drive().max_torque, kSaturationTime, time()));
   }
   for (LimitState& state : limits_) {
     if (state.row < 0) continue;
     state.side = rows_[state.row].side;
     const bool touching = state.side == RowSide::free;
+    const Joint& joint = rover.joints[at(state.joint)];
     if (touching && !state.touching)
-      note("limit_reached", rover.joints[state.joint].name,
-           fmt::format("joint '{}' reached its {} limit of {:g} at t = {:.3f} s", rover.joints[state.joint].name,
-                       state.at_upper ? "upper" : "lower",
-                       state.at_upper ? rover.joints[state.joint].limit->upper : rover.joints[state.joint].limit->lower,
-                       time()));
+      note("limit_reached", joint.name,
+           fmt::format("joint '{}' reached its {} limit of {:g} at t = {:.3f} s", joint.name, state.at_upper ? "upper" : "lower",
+                       state.at_upper ? joint.limit->upper : joint.limit->lower, time()));
     state.touching = touching;
   }
 }
 
-// Bodies other than wheels do not touch the ground in this version; that they should have is at least said.
-void Simulation::watch_outlines() {
-  if (!model_->terrain || holding_) return;
-  const auto stride = std::max(1LL, std::llround(kWatchInterval / model_->scenario.step));
-  if (steps_ % stride != 0) return;
-  const Ground ground(*model_->terrain);
-  for (std::size_t k = 0; k < in_ground_.size(); ++k) {
-    const Outline& outline = model_->rover.outlines[k];
-    double deepest = 0;
-    for (const Vector3d& corner : outline.corners) {
-      const Vector3d p = mechanism_.to_world(outline.body, corner);
-      const auto height = ground.height(p.x(), p.y());
-      if (height) deepest = std::max(deepest, *height - p.z());
-    }
-    const std::string& name = model_->rover.bodies[outline.body].name;
-    if (deepest > 0 && !in_ground_[k])
-      note("body_in_ground", name,
-           fmt::format("the collision shape of '{}' reaches {:.3f} m into the ground at t = {:.3f} s; only wheels touch it in this version, "
-                       "so the drive goes on as if it did not",
-                       name, deepest, time()));
-    in_ground_[k] = deepest > 0;
+void Simulation::look(double h) {
+  const auto stride = std::max(1LL, std::llround(kStuckLook / h));
+  const bool due = steps_ % stride == 0;
+  if (!watching_ && !due) return;
+  mechanism_.update_kinematics();
+  const std::vector<JointState> joints = joint_states();
+  const std::vector<WheelState> wheels = wheel_states();
+  const Readable from{model_.get(), &mechanism_, &joints, &wheels, h};
+  sensors_->sense(time(), from);
+  const bool every_step = !watcher_->empty();
+  if (!every_step && !due) return;
+  for (const Watch* watch : watcher_->look(time(), every_step ? h : h * static_cast<double>(stride), from, events_)) {
+    if (watch->action == WatchAction::command) drives_[at(watch->drive)].set(watch->value);
+    if (watch->action == WatchAction::stop && outcome_ == Outcome::running)
+      fail(Outcome::stopped, fmt::format("watch '{}' stopped the run at t = {:.3f} s: {}", watch->name, time(), events_.back().message));
   }
 }
 
@@ -307,25 +416,59 @@ Outcome Simulation::settle() {
   long long taken = 0;
   bool at_rest = false;
   while (taken < most && outcome_ == Outcome::running && !at_rest) {
-    advance(true);
+    advance(true, false);
     ++taken;
     at_rest = taken >= least && mechanism_.velocity().cwiseAbs().maxCoeff() < kRestSpeed;
   }
   steps_ = 0;
   holding_ = false;
-  for (DriveState& drive : drives_) drive.work = 0;
+  for (DriveUnit& drive : drives_) drive.clear_work();
+  rigid_->forget_touches();
   if (most > 0 && outcome_ == Outcome::running)
     note(at_rest ? "settled" : "not_settled", "",
          at_rest ? fmt::format("came to rest within {:.3f} s before t = 0", static_cast<double>(taken) * h)
                  : fmt::format("still moves at {:.2g} m/s or rad/s after {:g} s; a longer settle_time may help",
                                mechanism_.velocity().cwiseAbs().maxCoeff(), model_->scenario.settle_time));
+  mechanism_.update_kinematics();
+  mechanism_.update_mass_matrix();
+  work_ = {};
+  potential_at_start_ = mechanism_.potential_energy();
+  energy_at_start_ = mechanism_.kinetic_energy();
+  if (!sensors_->empty() && outcome_ == Outcome::running) {
+    const std::vector<JointState> joints = joint_states();
+    const std::vector<WheelState> wheels = wheel_states();
+    sensors_->sense(0, {model_.get(), &mechanism_, &joints, &wheels, h});
+  }
   return outcome_;
 }
 
-Outcome Simulation::step() {
+Outcome Simulation::step(bool report) {
   if (outcome_ != Outcome::running) return outcome_;
   read_commands();
-  return advance(false);
+  return advance(false, report);
+}
+
+std::vector<JointState> Simulation::joint_states() const {
+  const Rover& rover = model_->rover;
+  std::vector<JointState> joints(rover.joints.size());
+  for (std::size_t j = 0; j < rover.joints.size(); ++j) {
+    const JointKind kind = rover.joints[j].kind;
+    if (kind != JointKind::hinge && kind != JointKind::prismatic) continue;
+    joints[j].position = mechanism_.joint_position(static_cast<int>(j));
+    joints[j].velocity = mechanism_.joint_velocity(static_cast<int>(j));
+  }
+  for (const DriveUnit& drive : drives_) {
+    JointState& joint = joints[at(drive.drive().joint)];
+    joint.effort = drive.effort();
+    joint.work = drive.work();
+  }
+  return joints;
+}
+
+std::vector<WheelState> Simulation::wheel_states() const {
+  std::vector<WheelState> wheels;
+  for (const WheelContact& contact : contacts_) wheels.push_back(contact.state());
+  return wheels;
 }
 
 Snapshot Simulation::snapshot() const {
@@ -333,24 +476,77 @@ Snapshot Simulation::snapshot() const {
   Snapshot snapshot;
   snapshot.time = time();
   mechanism_.update_kinematics();
+  mechanism_.update_mass_matrix();
   for (std::size_t b = 0; b < rover.bodies.size(); ++b) snapshot.bodies.push_back(mechanism_.body_state(static_cast<int>(b)));
-  snapshot.joints.resize(rover.joints.size());
-  for (std::size_t j = 0; j < rover.joints.size(); ++j) {
-    const JointKind kind = rover.joints[j].kind;
-    if (kind != JointKind::hinge && kind != JointKind::prismatic) continue;
-    snapshot.joints[j].position = mechanism_.joint_position(static_cast<int>(j));
-    snapshot.joints[j].velocity = mechanism_.joint_velocity(static_cast<int>(j));
-  }
-  for (std::size_t d = 0; d < drives_.size(); ++d) {
-    JointState& joint = snapshot.joints[static_cast<std::size_t>(rover.drives[d].joint)];
-    joint.effort = drives_[d].effort;
-    joint.work = drives_[d].work;
-  }
-  for (const WheelContact& contact : contacts_) snapshot.wheels.push_back(contact.state());
+  snapshot.joints = joint_states();
+  snapshot.wheels = wheel_states();
+  snapshot.reactions = reactions_;
+  const auto work = [&](RowKind kind) { return work_.of_kind[static_cast<std::size_t>(kind)]; };
+  EnergyState& energy = snapshot.energy;
+  energy.kinetic = mechanism_.kinetic_energy();
+  energy.potential = mechanism_.potential_energy() - potential_at_start_;
+  for (const DriveUnit& drive : drives_) energy.drive_work += drive.work();
+  energy.soil_loss = -work(RowKind::soil);
+  energy.contact_loss = -work(RowKind::contact);
+  energy.external_work = work(RowKind::external);
+  // Everything else that acts in joints: friction, limits, couplings, and efforts of effects, which are in `given` with those of drives.
+  energy.joint_loss = energy.drive_work - (work(RowKind::drive) + work_.given) - work(RowKind::joint) - work(RowKind::coupling);
+  energy.residual = energy.kinetic + energy.potential - energy_at_start_ -
+                    (energy.drive_work + energy.external_work - energy.soil_loss - energy.joint_loss - energy.contact_loss);
   return snapshot;
 }
 
-std::vector<Event> Simulation::take_events() { return std::exchange(events_, {}); }
+std::vector<Event> Simulation::take_events() {
+  watcher_->forget_events();
+  return std::exchange(events_, {});
+}
+
+void Simulation::visit(Archive& archive) {
+  MechanismState state = mechanism_.state();
+  archive(state);
+  if (archive.reading()) mechanism_.set_state(state);
+  archive(steps_, next_command_, work_, energy_at_start_, potential_at_start_, *rigid_, *sensors_, *watcher_);
+  for (DriveUnit& drive : drives_) archive(drive);
+  for (LimitState& limit : limits_) archive(limit);
+  for (WheelContact& contact : contacts_) archive(contact);
+  for (auto& effects : effects_->bodies)
+    for (auto& effect : effects) effect->visit(archive);
+  if (ruts_) archive(*ruts_);
+}
+
+std::string Simulation::save() {
+  Archive archive;
+  visit(archive);
+  return archive.bytes();
+}
+
+void Simulation::restore(const std::string& bytes) {
+  Archive archive(bytes);
+  visit(archive);
+  archive.finish();
+  next_command_ = std::min(next_command_, model_->scenario.commands.size());
+  outcome_ = Outcome::running;
+  message_.clear();
+  events_.clear();
+  holding_ = false;
+  if (!mechanism_.velocity().allFinite()) throw InputRefused("the checkpoint holds values that are not finite; start the run again without --resume");
+  mechanism_.update_kinematics();
+}
+
+Eigen::VectorXd Simulation::inverse_dynamics(const VectorXd& acceleration) {
+  if (acceleration.size() != mechanism_.dofs())
+    throw InputRefused(fmt::format("the accelerations have {} numbers; the model has {} degrees of freedom", acceleration.size(), mechanism_.dofs()));
+  const double h = model_->scenario.step;
+  mechanism_.update_kinematics();
+  mechanism_.update_mass_matrix();
+  // M a + bias - contact forces, with the bias from the free motion: v_free = v + h M^-1 (-bias).
+  effort_.setZero();
+  const VectorXd drift = (mechanism_.free_velocity(h, effort_) - mechanism_.velocity()) / h;
+  VectorXd result = mechanism_.mass_matrix().selfadjointView<Eigen::Lower>() * (acceleration - drift);
+  for (int i = 0; i < rows_.size() && i < solver_.impulse().size(); ++i)
+    if (rows_[i].kind == RowKind::soil || rows_[i].kind == RowKind::contact) rows_.add_scaled(rows_[i], -solver_.impulse()[i] / h, result);
+  return result;
+}
 
 double Simulation::largest_differential_error() const {
   double largest = 0;
@@ -358,6 +554,16 @@ double Simulation::largest_differential_error() const {
     const Differential& differential = model_->rover.differentials[k];
     largest = std::max(largest, std::abs(mechanism_.joint_position(differential.joint_a) +
                                          position_sign_[k] * mechanism_.joint_position(differential.joint_b)));
+  }
+  return largest;
+}
+
+double Simulation::largest_closure_error() const {
+  mechanism_.update_kinematics();
+  double largest = 0;
+  for (const LoopClosure& closure : model_->rover.loop_closures) {
+    const Vector3d b = closure.body_b < 0 ? closure.point : mechanism_.to_world(closure.body_b, closure.point);
+    largest = std::max(largest, (mechanism_.to_world(closure.body_a, closure.point) - b).norm());
   }
   return largest;
 }

@@ -2,24 +2,32 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "effects/effect.hpp"
 #include "model/model.hpp"
 #include "model/result.hpp"
+#include "simulate/drive_unit.hpp"
+#include "simulate/rigid_contact.hpp"
+#include "simulate/sensors.hpp"
+#include "simulate/watcher.hpp"
 #include "simulate/wheel_contact.hpp"
 #include "world/mechanism.hpp"
+#include "world/ruts.hpp"
 
 namespace rille {
 
 class Simulation {
  public:
-  // Places the mechanism as the scenario says; raises InputRefused if the model cannot be simulated.
+  // Attaches the effects and places the mechanism as the scenario says; raises InputRefused if the model cannot be simulated.
   explicit Simulation(Model model);
 
   // Lets the mechanism come to rest with its drives held, for at most scenario.settle_time; then time starts at zero.
   Outcome settle();
-  // One time step. Returns running, or the outcome that ended the run; a finished simulation does not step on.
-  Outcome step();
+  // One time step. report: also compute the reactions in the joints, which a snapshot shows. Returns running, or the outcome that ended
+  // the run; a finished simulation does not step on.
+  Outcome step(bool report = true);
 
   double time() const { return static_cast<double>(steps_) * model_->scenario.step; }
   long long steps() const { return steps_; }
@@ -27,53 +35,93 @@ class Simulation {
   const std::string& message() const { return message_; }
   Snapshot snapshot() const;
   std::vector<Event> take_events();
+  std::vector<SensorSample> take_samples() { return sensors_->take_samples(); }
+  const WheelState& wheel_state(std::size_t wheel) const { return contacts_[wheel].state(); }
+  const Ruts* ruts() const { return ruts_.get(); }
+
+  // The complete state as bytes; a simulation of the same model that is given them goes on bit by bit as this one would.
+  std::string save();
+  // Raises InputRefused for bytes of another model.
+  void restore(const std::string& bytes);
+
+  // Effort at every hinge and prismatic joint (n, first six: force on the root) that would give the accelerations (n) in the present
+  // state, with the forces of soil and contacts of the last step.
+  Eigen::VectorXd inverse_dynamics(const Eigen::VectorXd& acceleration);
 
   const Model& model() const { return *model_; }
   Mechanism& mechanism() { return mechanism_; }
   double largest_differential_error() const;  // [rad] of the constraint theta_a + theta_b = 2 theta_carrier
+  double largest_closure_error() const;       // [m] between the points that a loop_closure holds together
 
  private:
-  struct DriveState {
-    double set_value = 0;  // [rad/s, rad or N m]
-    int row = -1;          // row in this step, -1 = none
-    RowSide side = RowSide::free;
-    double saturated_for = 0;  // [s] at its largest effort
-    double effort = 0;     // [N m or N] of the last step
-    double work = 0;       // [J] since t = 0
-  };
   struct LimitState {
     int joint = -1;
     int row = -1;
     bool at_upper = false;
     RowSide side = RowSide::free;
     bool touching = false;
+
+    template <class A>
+    void visit(A& archive) {
+      archive(side, touching);
+    }
+  };
+  struct Work {  // [J] by kind of row, since t = 0
+    std::array<double, 6> of_kind = {};
+    double given = 0;  // efforts of torque drives and effects
+
+    template <class A>
+    void visit(A& archive) {
+      archive(of_kind, given);
+    }
   };
 
+  static Model& prepared(Model& model, Effects& effects);
+  void visit(Archive& archive);
+  void check_couplings();
   void place();
   void read_commands();
   bool open_drive_rows(double h);
+  bool open_joint_effects(double h);
   bool open_limit_rows(double h);
   void open_coupling_rows(double h);
-  Outcome advance(bool hold);
+  void open_closure_rows(double h);
+  bool open_body_effects(double h);
+  BodyMotion motion_of(std::size_t body) const;
+  Outcome advance(bool hold, bool report);
+  bool solve_rows();
   Outcome fail(Outcome outcome, std::string message);
   void note(const char* kind, const std::string& subject, std::string message);
-  void watch_outlines();
   void account(double h, const Eigen::VectorXd& before, const Eigen::VectorXd& after);
+  void look(double h);
+  std::vector<JointState> joint_states() const;
+  std::vector<WheelState> wheel_states() const;
 
   std::unique_ptr<Model> model_;  // on the heap: contacts point into it
+  std::unique_ptr<Effects> effects_;
   Mechanism mechanism_;
   std::vector<WheelContact> contacts_;
-  std::vector<DriveState> drives_;
+  std::unique_ptr<RigidContacts> rigid_;
+  std::unique_ptr<Ruts> ruts_;
+  std::unique_ptr<Sensors> sensors_;
+  std::unique_ptr<Watcher> watcher_;
+  std::vector<DriveUnit> drives_;
+  std::vector<int> drive_of_joint_;
   std::vector<LimitState> limits_;
-  std::vector<bool> in_ground_;        // by outline
   std::vector<double> position_sign_;  // of each differential: +1 parallel axes, -1 opposed ones
   RowSet rows_;
   RowSolver solver_;
   Eigen::VectorXd effort_;    // (n) efforts that act as given forces in this step
   Eigen::VectorXd velocity_;  // (n) of the next step
+  std::vector<JointReaction> reactions_;
+  std::vector<BodyForce> forces_;
+  Work work_;
+  double energy_at_start_ = 0;     // [J]
+  double potential_at_start_ = 0;  // [J]
   std::size_t next_command_ = 0;
   long long steps_ = 0;
   bool holding_ = false;
+  bool watching_ = false;  // whether sensors or watches must look after every step
   Outcome outcome_ = Outcome::running;
   std::string message_;
   std::vector<Event> events_;

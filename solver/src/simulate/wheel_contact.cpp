@@ -15,16 +15,18 @@ constexpr double kSlipReportSpeed = 1e-4;
 
 }  // namespace
 
-WheelContact::WheelContact(const Rover& rover, const Terrain& terrain, int wheel)
-    : wheel_(&rover.wheels[wheel]),
-      joint_(&rover.joints[wheel_->joint]),
+WheelContact::WheelContact(const Rover& rover, const Terrain& terrain, int wheel, WheelEffects& effects)
+    : wheel_(&rover.wheels[static_cast<std::size_t>(wheel)]),
+      joint_(&rover.joints[static_cast<std::size_t>(wheel_->joint)]),
       terrain_(&terrain),
       ground_(terrain),
       index_(wheel),
-      body_(joint_->child) {}
+      body_(joint_->child),
+      effects_(&effects) {}
 
-ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowSet& rows) {
+ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, double h, RowSet& rows, RigidContacts& rigid, Ruts* ruts) {
   first_row_ = -1;
+  n_rows_ = 0;
   const double radius = wheel_->radius;
   const Vector3d center = mechanism.to_world(body_, wheel_->center);
   const Vector3d axle = mechanism.rotate_to_world(body_, joint_->axis);
@@ -45,49 +47,96 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowS
   if (cos_camber < 0.1) return ContactStatus::in_air;
   const Vector3d up = in_plane / cos_camber;
   const Vector3d ahead = axle.cross(up);
+  up_ = up;
+  ahead_ = ahead;
+  axle_ = axle;
+  const Vector3d foot = center - radius * up;
+  const double v = mechanism.velocity_at(body_, center).dot(ahead);
+  const double u = radius * mechanism.angular_velocity(body_).dot(axle);
+  const double v_y = mechanism.velocity_at(body_, foot).dot(axle);
+  const Slip slip = slip_of(v, u, v_y);
+
   const double distance = (center.z() - plane->height) * plane->normal.z() / cos_camber;
   const double sinkage = radius - distance;
+  const int soil_index = ground_.soil(center.x(), center.y());
+  const WheelSoilLaw law = terrain_->response[static_cast<std::size_t>(index_)][static_cast<std::size_t>(soil_index)];
+  if (law == WheelSoilLaw::rigid) {
+    const double speed = mechanism.velocity_at(body_, center).norm();
+    if (-sinkage < 5e-3 + 2 * h * speed)
+      rigid.add_wheel_on_ground(index_, body_, foot, plane->normal, -sinkage * cos_camber,
+                                terrain_->rigid_ground[static_cast<std::size_t>(index_)][static_cast<std::size_t>(soil_index)]);
+    if (sinkage <= -5e-3) return ContactStatus::in_air;
+    report_slip(slip, v, u, v_y);
+    state_.sinkage = std::max(sinkage, 0.0);
+    return ContactStatus::on_rigid;
+  }
   if (sinkage <= 0) {
     sides_.fill(RowSide::free);
     return ContactStatus::in_air;
   }
   if (sinkage >= radius) return ContactStatus::buried;
   state_.sinkage = sinkage;
+  report_slip(slip, v, u, v_y);
 
-  const Vector3d foot = center - radius * up;
-  const double v = mechanism.velocity_at(body_, center).dot(ahead);
-  const double u = radius * mechanism.angular_velocity(body_).dot(axle);
-  const double v_y = mechanism.velocity_at(body_, foot).dot(axle);
-  const Slip slip = slip_of(v, u, v_y);
-  if (std::max(std::abs(v), std::abs(u)) > kSlipReportSpeed) {
-    state_.slip_ratio = slip.ratio;
-    state_.slip_angle = std::atan2(v_y, std::abs(v));
-  }
-
-  const int soil_index = ground_.soil(center.x(), center.y());
-  const Soil& soil = terrain_->soils[soil_index];
-  const auto react_to = [&](const Slip& motion) {
-    return react(terrain_->response[index_][soil_index], soil, {radius, wheel_->width},
-                 {sinkage, motion.ratio, motion.travel_ratio, motion.lateral_ratio});
-  };
-  const SoilReaction reaction = react_to(slip);
+  const Soil& soil = terrain_->soils[static_cast<std::size_t>(soil_index)];
   const bool rolls = std::max({std::abs(v), std::abs(u), std::abs(v_y)}) >= kRollingSpeed;
-  const double load = rolls ? reaction.normal_load : react_to(slip_of(v, u, v_y, kRollingSpeed)).normal_load;
+  const Eigen::Vector2d place = center.head<2>();
+  const Eigen::Vector2d left(-heading.y(), heading.x());
+  SoilReaction reaction;
+  double load = 0;
+  double local_sinkage = sinkage;
+  double exponent = soil.sinkage_exponent;
+  double damping = soil.damping;
+  if (effects_->empty()) {
+    const auto react_to = [&](const Slip& motion) {
+      return react(law, soil, {radius, wheel_->width}, {sinkage, motion.ratio, motion.travel_ratio, motion.lateral_ratio});
+    };
+    reaction = react_to(slip);
+    load = rolls ? reaction.normal_load : react_to(slip_of(v, u, v_y, kRollingSpeed)).normal_load;
+  } else {
+    WheelSite site;
+    site.wheel = wheel_;
+    site.time = time;
+    site.angle = mechanism.joint_position(wheel_->joint);
+    site.position = place;
+    site.travel_speed = v;
+    site.rim_speed = u;
+    site.lateral_speed = v_y;
+    const bool reads_ruts = ruts != nullptr && std::any_of(effects_->begin(), effects_->end(), [](const auto& e) { return e->reads_ruts(); });
+    if (reads_ruts) {  // where the wheel enters the soil, which it has not touched itself yet
+      const double reach = std::sqrt(2 * radius * sinkage) + 2 * ruts->posting();
+      site.rut_depth = ruts->depth(place + slip.direction * reach * heading, left, wheel_->width);
+    }
+    const auto react_to = [&](const Slip& motion) {
+      site.slip = motion;
+      site.soil = soil;
+      site.sinkage = sinkage;
+      site.lateral_ratio = motion.lateral_ratio;
+      return react_with(*effects_, law, site);
+    };
+    if (!rolls) load = react_to(slip_of(v, u, v_y, kRollingSpeed)).normal_load;
+    reaction = react_to(slip);
+    if (rolls) load = reaction.normal_load;
+    for (auto& effect : *effects_) effect->advance(site, h);
+    exponent = site.soil.sinkage_exponent;
+    local_sinkage = radius * (1 - std::cos(reaction.entry_angle));
+    if (load <= 0) return ContactStatus::in_air;
+  }
+  if (ruts != nullptr) mark(*ruts, sinkage, reaction.peak_stress, left);
 
   const double shear = (reaction.torque - reaction.rolling_torque) / radius;  // S in the direction of travel
   const double rolling = reaction.rolling_torque / radius;
   const double rut = shear - reaction.drawbar_pull;
   const double strength = h * reaction.shear_strength;
-  const double stiffness = (soil.sinkage_exponent + 0.5) * load / sinkage;
-  const double damping = soil.damping * wheel_->width * reaction.contact_length;
+  const double stiffness = (exponent + 0.5) * load / local_sinkage;
+  const double dashpot = damping * wheel_->width * reaction.contact_length;
 
-  int row_number = 0;
   const auto open = [&](const Vector3d& point, const Vector3d& linear, const Vector3d& angular, double weight) -> Row& {
-    const int row = rows.open();
-    if (row_number == 0) first_row_ = row;
+    const int row = rows.open(RowKind::soil);
+    if (n_rows_ == 0) first_row_ = row;
     mechanism.add_jacobian(body_, point, linear, angular, rows);
     rows[row].weight = std::max(weight, 1e-30);
-    rows[row].side = sides_[static_cast<std::size_t>(row_number++)];
+    rows[row].side = sides_[static_cast<std::size_t>(n_rows_++)];
     return rows[row];
   };
   // Dry friction of the given size against one velocity; a negative size (an unusual soil) is taken as a given force.
@@ -100,7 +149,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowS
     }
   };
 
-  const double normal_slope = h * stiffness + damping;
+  const double normal_slope = h * stiffness + dashpot;
   Row& normal = open(center, up, Vector3d::Zero(), h * normal_slope);
   normal.target = normal_slope > 0 ? load / normal_slope : 0;
   normal.lower = 0;
@@ -122,17 +171,46 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double h, RowS
   Row& side = open(foot, axle, Vector3d::Zero(), h * reaction.side_force / slip.lateral_speed);
   side.lower = -strength;
   side.upper = strength;
+
+  if (reaction.scrub_torque > 0) {
+    Row& scrub = open(foot, Vector3d::Zero(), up, h * reaction.scrub_torque / kParkingSpeed);
+    scrub.lower = -h * reaction.scrub_torque;
+    scrub.upper = h * reaction.scrub_torque;
+  }
   return ContactStatus::on_soil;
+}
+
+void WheelContact::report_slip(const Slip& slip, double v, double u, double v_y) {
+  if (std::max(std::abs(v), std::abs(u)) <= kSlipReportSpeed) return;
+  state_.slip_ratio = slip.ratio;
+  state_.slip_angle = std::atan2(v_y, std::abs(v));
+}
+
+void WheelContact::mark(Ruts& ruts, double sinkage, double pressure, const Eigen::Vector2d& left) {
+  const Eigen::Vector2d place = state_.center.head<2>();
+  const double step = 0.5 * ruts.posting();
+  if ((place - marked_at_).squaredNorm() < step * step && std::abs(sinkage - marked_sinkage_) < 1e-4) return;
+  marked_at_ = place;
+  marked_sinkage_ = sinkage;
+  ruts.mark(place, left, wheel_->width, sinkage, pressure);
 }
 
 void WheelContact::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h) {
   if (first_row_ < 0) return;
   const auto force = [&](int k) { return impulse[first_row_ + k] / h; };
-  for (int k = 0; k < kRows; ++k) sides_[static_cast<std::size_t>(k)] = rows[first_row_ + k].side;
+  for (int k = 0; k < n_rows_; ++k) sides_[static_cast<std::size_t>(k)] = rows[first_row_ + k].side;
   state_.normal_load = force(0);
   state_.drawbar_pull = force(3) - force(1);
   state_.side_force = force(4);
   state_.drive_torque = -wheel_->radius * (force(1) + force(2));
+}
+
+void WheelContact::add_rigid(const Vector3d& force) {
+  if (force.isZero(0)) return;
+  state_.normal_load += force.dot(up_);
+  state_.drawbar_pull += force.dot(ahead_);
+  state_.side_force += force.dot(axle_);
+  state_.drive_torque += wheel_->radius * force.dot(ahead_);
 }
 
 }  // namespace rille

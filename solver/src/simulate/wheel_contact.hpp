@@ -11,35 +11,49 @@
 // S - R = D,  r S + T_0 = T. Normal: N(z) with its stiffness dN/dz = (n + 1/2) N/z and the soil's damping. Side: secant
 // F_y/|v_y|, bounded by the shear strength. The secants are taken at the beginning of the step; a steady state therefore
 // obeys the soil law exactly, whatever the step.
+// Effects may add a sixth row: a scrub torque about the ground's normal.
+// On ground that is as hard as rock (response `rigid`) there is no soil law; the contact is handed to RigidContacts.
 #pragma once
 
 #include <array>
 
+#include "effects/effect.hpp"
 #include "model/model.hpp"
 #include "model/result.hpp"
 #include "physics/rows.hpp"
 #include "physics/wheel_soil.hpp"
+#include "simulate/rigid_contact.hpp"
 #include "world/ground.hpp"
 #include "world/mechanism.hpp"
+#include "world/ruts.hpp"
 
 namespace rille {
 
-enum class ContactStatus { in_air, on_soil, off_terrain, buried };
+enum class ContactStatus { in_air, on_soil, on_rigid, off_terrain, buried };
 
 class WheelContact {
  public:
-  WheelContact(const Rover& rover, const Terrain& terrain, int wheel);
+  WheelContact(const Rover& rover, const Terrain& terrain, int wheel, WheelEffects& effects);
 
   // Reads the wheel's place and appends its rows for a step h [s]. Needs update_kinematics().
-  ContactStatus open_rows(const Mechanism& mechanism, double h, RowSet& rows);
+  ContactStatus open_rows(const Mechanism& mechanism, double time, double h, RowSet& rows, RigidContacts& rigid, Ruts* ruts);
   // Reads forces back from the solved impulses.
   void close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h);
+  // Adds the force of obstacles and hard ground on the wheel [N] in W to what the state shows.
+  void add_rigid(const Eigen::Vector3d& force);
 
   const WheelState& state() const { return state_; }
   int body() const { return body_; }
+  void visit(Archive& archive) {
+    archive(sides_, marked_at_, marked_sinkage_);
+    for (auto& effect : *effects_) effect->visit(archive);
+  }
 
  private:
-  static constexpr int kRows = 5;  // normal, shear, rolling, rut, side
+  static constexpr int kRows = 6;  // normal, shear, rolling, rut, side, scrub
+
+  void report_slip(const Slip& slip, double v, double u, double v_y);
+  void mark(Ruts& ruts, double sinkage, double pressure, const Eigen::Vector2d& left);
 
   const Wheel* wheel_;
   const Joint* joint_;
@@ -48,7 +62,12 @@ class WheelContact {
   int index_;
   int body_;
   WheelState state_;
+  WheelEffects* effects_;
+  Eigen::Vector3d up_, ahead_, axle_;         // frame of the wheel in this step
   int first_row_ = -1;                        // -1: no rows in this step
+  int n_rows_ = 0;
+  Eigen::Vector2d marked_at_ = Eigen::Vector2d::Constant(1e30);  // [m] where the rut was marked last
+  double marked_sinkage_ = 0;                 // [m]
   std::array<RowSide, kRows> sides_ = {};     // sides of the last step, where the active set starts
 };
 

@@ -17,4 +17,11 @@ SQLite::Database open_database(const std::string& path);
 // Reads rover, terrain and the named scenario (absent: the only one). Raises InputRefused for values that cannot be simulated.
 Model load_model(SQLite::Database& database, const std::optional<std::string>& scenario);
 
+// Rover and effects alone, and the soils alone (no heights): what a bench needs. gravity: [m/s^2] for the soils' unit weight.
+Model load_vehicle(SQLite::Database& database);
+Terrain load_soil_table(SQLite::Database& database, double gravity);
+
+// Digest of everything that a model is made of, so that a checkpoint is not resumed with another one.
+std::string model_digest(SQLite::Database& database);
+
 }  // namespace rille

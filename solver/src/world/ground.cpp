@@ -21,7 +21,7 @@ bool contains(const std::vector<Eigen::Vector2d>& polygon, double x, double y) {
 }  // namespace
 
 std::optional<double> Ground::height(double x, double y) const {
-  const HeightGrid& g = terrain_->grid;
+  const HeightGrid& g = *terrain_->grid;
   const double column = (x - g.x_west) / g.posting_x;
   const double row = (g.y_north - y) / g.posting_y;
   if (!(column >= 0 && row >= 0 && column <= g.n_cols - 1 && row <= g.n_rows - 1)) return std::nullopt;

@@ -397,12 +397,29 @@ Vector3d Mechanism::rotate_to_world(int body, const Vector3d& d_M) const {
   return impl_->R_WL[impl_->slot(body)] * (impl_->frames[body].rotation.conjugate() * d_M);
 }
 
+Quaterniond Mechanism::rotation_from_model(int body) const {
+  return Quaterniond(Matrix3d(impl_->R_WL[impl_->slot(body)] * impl_->frames[body].rotation.conjugate().toRotationMatrix()));
+}
+
 Vector3d Mechanism::velocity_at(int body, const Vector3d& p_W) const {
   const int slot = impl_->slot(body);
   return impl_->velocity_C[slot] + impl_->omega[slot].cross(p_W - impl_->p_WC[slot]);
 }
 
 Vector3d Mechanism::angular_velocity(int body) const { return impl_->omega[impl_->slot(body)]; }
+
+Vector3d Mechanism::com(int body) const { return impl_->p_WC[impl_->slot(body)]; }
+Vector3d Mechanism::com_velocity_with(int body, const VectorXd& v) const {
+  const Impl& m = *impl_;
+  const Vector3d arm = m.p_WC[m.slot(body)] - m.p_WC[0];
+  Vector3d result = m.floating() ? Vector3d(v.segment<3>(3) + v.segment<3>(0).cross(arm)) : Vector3d::Zero();
+  for (const int dof : m.ancestor_dofs[m.slot(body)]) {
+    const Axis& axis = m.axes[static_cast<std::size_t>(dof)];
+    result += v[dof] * (axis.linear + axis.angular.cross(arm));
+  }
+  return result;
+}
+Vector3d Mechanism::com_velocity(int body) const { return impl_->velocity_C[impl_->slot(body)]; }
 
 const VectorXd& Mechanism::velocity() const { return impl_->velocity; }
 
@@ -463,6 +480,7 @@ void Mechanism::update_mass_matrix() const {
 void Mechanism::add_jacobian(int body, const Vector3d& p_W, const Vector3d& linear, const Vector3d& angular,
                              RowSet& rows) const {
   const Impl& m = *impl_;
+  rows.add_wrench({rows.size() - 1, body, p_W, linear, angular});
   const Vector3d arm = p_W - m.p_WC[0];
   const Vector3d moment = arm.cross(linear) + angular;
   if (m.floating()) {
@@ -473,6 +491,88 @@ void Mechanism::add_jacobian(int body, const Vector3d& p_W, const Vector3d& line
     const Axis& axis = m.axes[static_cast<std::size_t>(dof)];
     rows.add(dof, axis.linear.dot(linear) + axis.angular.dot(moment));
   }
+}
+
+void Mechanism::add_relative_jacobian(int body_a, int body_b, const Vector3d& p_a_W, const Vector3d& p_b_W, const Vector3d& direction,
+                                      RowSet& rows) const {
+  const Impl& m = *impl_;
+  VectorXd dense = VectorXd::Zero(m.n_dofs);
+  const int row = rows.size() - 1;
+  const auto add = [&](int body, const Vector3d& point, double sign) {
+    if (body < 0) return;
+    const Vector3d moment = (point - m.p_WC[0]).cross(direction);
+    if (m.floating()) {
+      dense.segment<3>(0) += sign * moment;
+      dense.segment<3>(3) += sign * direction;
+    }
+    for (const int dof : m.ancestor_dofs[m.slot(body)]) {
+      const Axis& axis = m.axes[static_cast<std::size_t>(dof)];
+      dense[dof] += sign * (axis.linear.dot(direction) + axis.angular.dot(moment));
+    }
+    rows.add_wrench({row, body, point, sign * direction, Vector3d::Zero()});
+  };
+  add(body_a, p_a_W, 1);
+  add(body_b, p_b_W, -1);
+  for (int dof = 0; dof < m.n_dofs; ++dof)
+    if (dense[dof] != 0) rows.add(dof, dense[dof]);
+}
+
+std::vector<JointReaction> Mechanism::reactions(const VectorXd& velocity, const VectorXd& acceleration, const RowSet& rows,
+                                                const VectorXd& impulse, double h) const {
+  const Impl& m = *impl_;
+  const std::size_t n_slots = m.masses.size();
+  std::vector<Vector3d> alpha(n_slots, Vector3d::Zero()), a(n_slots, Vector3d::Zero());  // [rad/s^2], [m/s^2] of the centre of mass
+  std::vector<Vector3d> pivot(n_slots, Vector3d::Zero());
+  alpha[0] = acceleration.segment<3>(0);
+  a[0] = acceleration.segment<3>(3);
+  for (std::size_t i = 0; i < m.links.size(); ++i) {
+    const Link& link = m.links[i];
+    const auto self = i + 1;
+    const auto up = static_cast<std::size_t>(link.parent + 1);
+    const Joint& joint = m.rover.joints[link.joint];
+    pivot[self] = to_world(link.body, joint.point);
+    alpha[self] = alpha[up];
+    Vector3d turning = Vector3d::Zero(), sliding = Vector3d::Zero(), pulled = Vector3d::Zero();
+    for (int d = 0; d < link.n_dofs; ++d) {
+      const Axis& axis = m.axes[static_cast<std::size_t>(link.first_dof + d)];
+      if (joint.kind == JointKind::prismatic) {
+        sliding += velocity[link.first_dof + d] * axis.linear;
+        pulled += acceleration[link.first_dof + d] * axis.linear;
+      } else {
+        turning += velocity[link.first_dof + d] * axis.angular;
+        alpha[self] += acceleration[link.first_dof + d] * axis.angular;
+      }
+    }
+    alpha[self] += m.omega[up].cross(turning);
+    // Through the pivot, which is fixed in the carried body, and in the carrier too unless the joint slides.
+    const Vector3d e = pivot[self] - m.p_WC[up], d = m.p_WC[self] - pivot[self];
+    const Vector3d at_pivot = a[up] + alpha[up].cross(e) + m.omega[up].cross(m.omega[up].cross(e)) + 2 * m.omega[up].cross(sliding) + pulled;
+    a[self] = at_pivot + alpha[self].cross(d) + m.omega[self].cross(m.omega[self].cross(d));
+  }
+  std::vector<Vector3d> force(n_slots), torque(n_slots);  // needed by each body, torque about its centre of mass
+  for (std::size_t s = 0; s < n_slots; ++s) {
+    const Matrix3d inertia = m.R_WL[s] * m.moments[s].asDiagonal() * m.R_WL[s].transpose();
+    force[s] = m.masses[s] * (a[s] - m.gravity);
+    torque[s] = inertia * alpha[s] + m.omega[s].cross(inertia * m.omega[s]);
+  }
+  for (const RowWrench& wrench : rows.wrenches()) {
+    const auto s = static_cast<std::size_t>(m.slot(wrench.body));
+    const double size = impulse[wrench.row] / h;
+    force[s] -= size * wrench.linear;
+    torque[s] -= size * ((wrench.point - m.p_WC[s]).cross(wrench.linear) + wrench.angular);
+  }
+  std::vector<JointReaction> result(m.rover.joints.size());
+  for (std::size_t i = m.links.size(); i-- > 0;) {
+    const Link& link = m.links[i];
+    const auto self = i + 1;
+    const auto up = static_cast<std::size_t>(link.parent + 1);
+    JointReaction& reaction = result[static_cast<std::size_t>(link.joint)];
+    reaction.force = force[self];
+    reaction.torque = torque[self] + (m.p_WC[self] - pivot[self]).cross(force[self]);
+    force[up] += force[self];
+    torque[up] += torque[self] + (m.p_WC[self] - m.p_WC[up]).cross(force[self]);
+  }
+  return result;
 }
 
 void Mechanism::set_velocity(const VectorXd& v) {

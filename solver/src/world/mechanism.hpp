@@ -21,6 +21,11 @@ struct MechanismState {
   Eigen::Quaterniond base_rotation = Eigen::Quaterniond::Identity();  // principal axes of the root -> W
   Eigen::VectorXd joint_position;                                     // [rad, m or quaternion x y z w] by joint, stacked
   Eigen::VectorXd velocity;                                           // (n) v
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive(base_position, base_rotation, joint_position, velocity);
+  }
 };
 
 class Mechanism {
@@ -48,8 +53,13 @@ class Mechanism {
   double joint_velocity(int joint) const;
   Eigen::Vector3d to_world(int body, const Eigen::Vector3d& p_M) const;        // point given in M at the zero pose
   Eigen::Vector3d rotate_to_world(int body, const Eigen::Vector3d& d_M) const; // direction given in M at the zero pose
+  Eigen::Quaterniond rotation_from_model(int body) const;                      // R_WB: M at the zero pose -> W
   Eigen::Vector3d velocity_at(int body, const Eigen::Vector3d& p_W) const;     // [m/s] of the body's material point
   Eigen::Vector3d angular_velocity(int body) const;                            // [rad/s] in W
+  Eigen::Vector3d com(int body) const;                                         // [m] centre of mass in W
+  Eigen::Vector3d com_velocity(int body) const;                                // [m/s] of it in W
+  // The same as if the generalised velocity were v, at the poses as last updated.
+  Eigen::Vector3d com_velocity_with(int body, const Eigen::VectorXd& v) const;
 
   // Velocity after h under gravity, gyroscopic forces and joint efforts (n, first six ignored), without rows.
   // Articulated-body algorithm of Bullet (Featherstone 1987; Mirtich 1996). Leaves the state as it was.
@@ -62,6 +72,17 @@ class Mechanism {
   // Appends to the open row the Jacobian of  scale_linear (velocity of p_W . direction) + scale_angular (omega . axis).
   void add_jacobian(int body, const Eigen::Vector3d& p_W, const Eigen::Vector3d& linear, const Eigen::Vector3d& angular,
                     RowSet& rows) const;
+
+  // The same for the velocity of a common point of two bodies (b = -1: the world) along `direction`: v_a - v_b.
+  void add_relative_jacobian(int body_a, int body_b, const Eigen::Vector3d& p_a_W, const Eigen::Vector3d& p_b_W,
+                             const Eigen::Vector3d& direction, RowSet& rows) const;
+
+  // Force and torque of the carrier on the carried body of every joint, about the joint's point, by the recursive Newton-Euler
+  // algorithm (Luh, Walker & Paul 1980) from the accelerations (n) at the kinematics as last updated and the wrenches of the rows.
+  // impulse: of each row over the step h.
+  // velocity: (n) at those kinematics.
+  std::vector<JointReaction> reactions(const Eigen::VectorXd& velocity, const Eigen::VectorXd& acceleration, const RowSet& rows,
+                                       const Eigen::VectorXd& impulse, double h) const;
 
   void set_velocity(const Eigen::VectorXd& v);
   void advance_position(double h);  // semi-implicit Euler: q += h v

@@ -1,0 +1,106 @@
+#include "effects/registry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rille {
+
+// Order as in schema/effects.sql. A law is added here, in a file of its own, in the catalogue and with a test (CONTRIBUTING.md).
+#define RILLE_EFFECTS(X) \
+  X(slip_sinkage) \
+  X(sinkage_transient) \
+  X(grouser_thrust) \
+  X(grouser_ripple) \
+  X(bulldozing) \
+  X(lateral_bulldozing) \
+  X(multipass) \
+  X(exit_angle) \
+  X(rate_dependence) \
+  X(plate_size) \
+  X(soil_change) \
+  X(rolling_resistance) \
+  X(skid_scrub) \
+  X(coulomb_friction) \
+  X(viscous_friction) \
+  X(stribeck_friction) \
+  X(load_friction) \
+  X(backlash) \
+  X(joint_elasticity) \
+  X(motor_saturation) \
+  X(motor_lag) \
+  X(torque_ripple) \
+  X(command_delay) \
+  X(supply_sag) \
+  X(mass_change) \
+  X(com_offset) \
+  X(payload_slosh) \
+  X(linear_drag) \
+  X(quadratic_drag) \
+  X(tether_pull) \
+  X(external_pulse) \
+  X(gravity_tilt) \
+  X(bias) \
+  X(scale) \
+  X(delay) \
+  X(drift) \
+  X(dropout) \
+  X(clock_skew) \
+  X(saturation) \
+  X(wrong_sign) \
+  X(expression)
+
+namespace effects {
+#define DECLARE(name) void attach_##name(const Attachment&);
+RILLE_EFFECTS(DECLARE)
+#undef DECLARE
+}  // namespace effects
+
+namespace {
+
+struct Entry {
+  const char* name;
+  void (*attach)(const Attachment&);
+};
+
+constexpr Entry kEntries[] = {
+#define ENTRY(name) {#name, effects::attach_##name},
+    RILLE_EFFECTS(ENTRY)
+#undef ENTRY
+};
+
+}  // namespace
+
+Effects attach_effects(Model& model) {
+  Effects effects;
+  effects.wheels.resize(model.rover.wheels.size());
+  effects.joints.resize(model.rover.joints.size());
+  effects.bodies.resize(model.rover.bodies.size());
+  effects.sensors.resize(model.rover.sensors.size());
+  for (const EffectRow& row : model.effects) {
+    const auto* entry = std::find_if(std::begin(kEntries), std::end(kEntries), [&](const Entry& e) { return row.kind == e.name; });
+    if (entry == std::end(kEntries))
+      throw InputRefused(fmt::format("the effect '{}' on '{}' is in the catalogue but not in this solver; see `rille effects list`", row.kind,
+                                     row.target_name));
+    entry->attach({row, model, effects});
+  }
+  return effects;
+}
+
+std::vector<std::string> known_effects() {
+  std::vector<std::string> names;
+  for (const Entry& entry : kEntries) names.emplace_back(entry.name);
+  return names;
+}
+
+SoilReaction react_with(const WheelEffects& effects, WheelSoilLaw law, WheelSite& site) {
+  const WheelShape shape{site.wheel->radius, site.wheel->width};
+  for (const auto& effect : effects) effect->before(site);
+  if (site.sinkage <= 0) return {};
+  SoilReaction reaction = react(law, site.soil, shape, {site.sinkage, site.slip.ratio, site.slip.travel_ratio, site.lateral_ratio});
+  if (reaction.normal_load != 0)
+    for (const auto& effect : effects) effect->after(site, reaction);
+  return reaction;
+}
+
+}  // namespace rille

@@ -1,0 +1,152 @@
+#include "simulate/drive_unit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rille {
+namespace {
+
+// Weight of a rigid servo as a multiple of the joint's own inertia: the speed error is effort h / weight, about 1e-8 rad/s, while the
+// matrix stays well conditioned.
+constexpr double kRigidity = 1e7;
+
+}  // namespace
+
+DriveUnit::DriveUnit(const Drive& drive, int dof, const JointEffects& joint_effects) : drive_(&drive), dof_(dof) {
+  for (const auto& effect : joint_effects) effect->shape(line_);
+}
+
+void DriveUnit::start(double position) {
+  motor_angle_ = position;
+  if (drive_->mode == DriveMode::position) set_value_ = lagged_ = position;
+}
+
+double DriveUnit::set_speed(double value, double position, double h, bool hold) const {
+  double speed = 0;
+  if (drive_->mode == DriveMode::speed && !hold) speed = value;
+  if (drive_->mode == DriveMode::position) speed = std::min(drive_->position_gain, 1 / h) * (value - position);
+  if (drive_->max_speed) speed = std::clamp(speed, -*drive_->max_speed, *drive_->max_speed);
+  return speed;
+}
+
+bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, double supply, RowSet& rows, Eigen::VectorXd& effort) {
+  first_row_ = -1;
+  n_rows_ = 0;
+  given_effort_ = 0;
+  double value = set_value_;
+  if (line_.lag > 0) {
+    if (!lag_started_ && drive_->mode == DriveMode::position) lagged_ = set_value_;
+    lag_started_ = true;
+    lagged_ += -std::expm1(-h / line_.lag) * (set_value_ - lagged_);
+    value = lagged_;
+  }
+  const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
+  if (line_.compliance > 0 || line_.gap > 0) {
+    open_transmission(mechanism, h, hold, value, supply, rows);
+    return true;
+  }
+  if (torque_mode) {
+    const double most = supply * drive_->max_torque;
+    const double back_emf = drive_->max_torque * line_.inverse_no_load_speed * mechanism.velocity()[dof_];
+    given_effort_ = std::clamp(value, -most - back_emf, most - back_emf);
+    effort[dof_] += given_effort_;
+    return false;
+  }
+  open_servo(mechanism, h, supply * set_speed(value, mechanism.joint_position(drive_->joint), h, hold), supply, rows);
+  return true;
+}
+
+void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, double supply, RowSet& rows) {
+  const auto open = [&](double weight) -> Row& {
+    const int row = rows.open(RowKind::drive);
+    if (n_rows_ == 0) first_row_ = row;
+    rows.add(dof_, 1);
+    rows[row].weight = weight;
+    rows[row].side = sides_[static_cast<std::size_t>(n_rows_++)];
+    return rows[row];
+  };
+  target_speed_ = speed;
+  const double most = h * supply * drive_->max_torque;
+  if (drive_->speed_gain) {
+    const double gain = *drive_->speed_gain + h * drive_->integral_gain;
+    Row& row = open(h * gain);
+    row.target = speed + drive_->integral_gain * integral_ / gain;
+    row.lower = -most;
+    row.upper = most;
+  } else {
+    Row& row = open(kRigidity * mechanism.mass_matrix()(dof_, dof_));
+    row.target = speed;
+    row.lower = -most;
+    row.upper = most;
+  }
+  // Back-EMF: the torque-speed line of the motor is its largest effort less a viscous one.
+  if (line_.inverse_no_load_speed > 0) open(h * drive_->max_torque * line_.inverse_no_load_speed);
+}
+
+// Spring and damper between motor (angle p) and joint (angle q), over one step with the next velocities:
+//   tau = k d + kk (p' - q'),  d = p - q (beyond the play),  kk = h k + c
+// A speed drive prescribes p'. A torque drive accelerates its rotor, J (p' - p'_0) = h (tau_motor - tau), so that
+//   p' = p'_free + share q',  p'_free = (J p'_0 + h tau_motor - h k d)/(J + h kk),  share = h kk/(J + h kk).
+void DriveUnit::open_transmission(const Mechanism& mechanism, double h, bool hold, double value, double supply, RowSet& rows) {
+  const double stiffness = line_.compliance > 0 ? 1 / line_.compliance : 1e6;
+  const double slope = h * stiffness + line_.damping;
+  const double twist = motor_angle_ - mechanism.joint_position(drive_->joint);
+  const double most = supply * drive_->max_torque;
+  const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
+  const double inertia = std::max(line_.rotor_inertia, 1e-9);
+  const auto open = [&](double play, double lower, double upper) {
+    const double stretch = stiffness * (twist - play);
+    double weight = h * slope, motor = 0;
+    if (torque_mode) {
+      const double torque = std::clamp(value, -most, most);
+      motor_share_ = h * slope / (inertia + h * slope);
+      free_motor_speed_ = motor = (inertia * motor_speed_ + h * torque - h * stretch) / (inertia + h * slope);
+      weight *= inertia / (inertia + h * slope);
+    } else {
+      motor_share_ = 0;
+      free_motor_speed_ = motor = supply * set_speed(value, motor_angle_, h, hold);
+    }
+    const int row = rows.open(RowKind::drive);
+    if (n_rows_ == 0) first_row_ = row;
+    rows.add(dof_, 1);
+    rows[row].weight = weight;
+    rows[row].target = h * (stretch + slope * motor) / weight;
+    rows[row].lower = torque_mode ? (lower < 0 ? -std::numeric_limits<double>::infinity() : 0) : h * lower;
+    rows[row].upper = torque_mode ? (upper > 0 ? std::numeric_limits<double>::infinity() : 0) : h * upper;
+    rows[row].side = sides_[static_cast<std::size_t>(n_rows_++)];
+  };
+  if (line_.gap > 0) {  // one tooth face for each direction; each only pushes
+    open(0.5 * line_.gap, 0, most);
+    open(-0.5 * line_.gap, -most, 0);
+  } else {
+    open(0, -most, most);
+  }
+}
+
+void DriveUnit::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h, double before, double after, bool count) {
+  effort_ = given_effort_;
+  bool saturated = false;
+  for (int k = 0; k < n_rows_; ++k) {
+    const Row& row = rows[first_row_ + k];
+    sides_[static_cast<std::size_t>(k)] = row.side;
+    effort_ += impulse[first_row_ + k] / h;
+    saturated = saturated || (row.side != RowSide::free && row.upper > row.lower && impulse[first_row_ + k] != 0);
+  }
+  saturated_for_ = saturated ? saturated_for_ + h : 0;
+  if (line_.compliance > 0 || line_.gap > 0) {
+    if (drive_->mode == DriveMode::torque && motor_share_ > 0) {
+      // Momentum of the rotor with the torque that really went through.
+      const double torque = std::clamp(line_.lag > 0 ? lagged_ : set_value_, -drive_->max_torque, drive_->max_torque);
+      motor_speed_ += h / std::max(line_.rotor_inertia, 1e-9) * (torque - effort_);
+      motor_angle_ += h * motor_speed_;
+    } else {
+      motor_speed_ = free_motor_speed_;
+      motor_angle_ += h * (saturated ? after : motor_speed_);  // a motor at its largest effort is dragged along
+    }
+  } else if (drive_->speed_gain && drive_->integral_gain > 0 && n_rows_ > 0 && !saturated && count) {
+    integral_ += h * (target_speed_ - after);
+  }
+  if (count) work_ += effort_ * h * 0.5 * (before + after);
+}
+
+}  // namespace rille

@@ -1,0 +1,72 @@
+// A drive between its command and its joint: lag and supply of the motor, its torque-speed line, servo, transmission.
+//
+//   speed, position   the servo holds its set speed with any effort up to max_torque (a stiff implicit row); with speed_gain it is a
+//                     PI controller, effort = speed_gain e + integral_gain Int e dt, taken implicitly, its integral frozen while saturated
+//   torque            a given effort
+// With an elastic transmission or play (effects joint_elasticity, backlash) the motor angle is a state of its own; spring and damper are
+// implicit rows, and the rotor of a torque drive is eliminated by hand from the same step.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "effects/effect.hpp"
+#include "model/model.hpp"
+#include "physics/rows.hpp"
+#include "world/mechanism.hpp"
+
+namespace rille {
+
+class DriveUnit {
+ public:
+  // joint_effects: of the joint that it moves.
+  DriveUnit(const Drive& drive, int dof, const JointEffects& joint_effects);
+
+  void set(double value) { set_value_ = value; }
+  double set_value() const { return set_value_; }
+  // The motor angle starts where the joint stands.
+  void start(double position);
+
+  // Appends its rows, or adds its effort to `effort`. supply: fraction of the supply that is there. hold: stand still instead.
+  // Returns whether there are rows.
+  bool open_rows(const Mechanism& mechanism, double h, bool hold, double supply, RowSet& rows, Eigen::VectorXd& effort);
+  // Reads the effort back; before, after: speed of the joint at both ends of the step. count: whether work counts.
+  void close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h, double before, double after, bool count);
+
+  double effort() const { return effort_; }                // [N m or N] of the last step
+  double work() const { return work_; }                    // [J] since t = 0
+  double saturated_for() const { return saturated_for_; }  // [s]
+  double load() const { return std::abs(effort_) / drive_->max_torque; }
+  double sag() const { return line_.sag; }
+  const Drive& drive() const { return *drive_; }
+  void clear_work() { work_ = 0; }
+  void visit(Archive& archive) {
+    archive(set_value_, lagged_, integral_, motor_angle_, motor_speed_, effort_, work_, saturated_for_, sides_, lag_started_);
+  }
+
+ private:
+  double set_speed(double value, double position, double h, bool hold) const;
+  void open_transmission(const Mechanism& mechanism, double h, bool hold, double value, double supply, RowSet& rows);
+  void open_servo(const Mechanism& mechanism, double h, double speed, double supply, RowSet& rows);
+
+  const Drive* drive_;
+  int dof_;
+  DriveLine line_;
+  double set_value_ = 0;      // [rad/s, rad or N m] as commanded
+  double lagged_ = 0;         // the same behind the motor's lag
+  bool lag_started_ = false;
+  double integral_ = 0;       // [rad or m] integrated speed error
+  double motor_angle_ = 0;    // [rad] at the joint, behind a transmission
+  double motor_speed_ = 0;    // [rad/s]
+  double effort_ = 0;
+  double work_ = 0;
+  double saturated_for_ = 0;
+  std::array<RowSide, 3> sides_ = {};
+  int first_row_ = -1;        // -1: none in this step
+  int n_rows_ = 0;
+  double given_effort_ = 0;   // without rows
+  double free_motor_speed_ = 0, motor_share_ = 0;  // speed of the rotor = free + share x speed of the joint
+  double target_speed_ = 0;   // [rad/s] of the PI controller
+};
+
+}  // namespace rille

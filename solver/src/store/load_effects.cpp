@@ -1,0 +1,107 @@
+#include "store/parts.hpp"
+
+#include <fmt/ranges.h>
+
+#include <vector>
+
+namespace rille {
+namespace {
+
+template <class Items>
+int find_target(const Items& items, const std::string& name, const char* what, const std::string& kind) {
+  if (name == "*") return -1;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    if (items[k].name == name) return static_cast<int>(k);
+    names.push_back(items[k].name);
+  }
+  throw InputRefused(fmt::format("the effect '{}' acts on {} '{}', which the model does not have; use '*' or one of {}", kind, what, name,
+                                 fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+void load_effects(Database& database, Model& model) {
+  Statement row(database,
+                "SELECT effect.id AS id, name, effect_kind.target AS kind_target, effect.target AS target, parameters, effect_kind_id, "
+                "json_extract(parameters, '$.formula') AS formula, json_extract(parameters, '$.output') AS output, "
+                "json_extract(parameters, '$.target_kind') AS target_kind FROM effect JOIN effect_kind ON effect_kind.id = effect_kind_id ORDER BY effect.id");
+  while (row.executeStep()) {
+    EffectRow effect;
+    effect.kind = row.getColumn("name").getString();
+    effect.target_name = row.getColumn("target").getString();
+    std::string target = row.getColumn("kind_target").getString();
+    if (target == "any") target = row.getColumn("target_kind").getString();
+    const std::map<std::string, EffectTarget> targets = {{"wheel", EffectTarget::wheel}, {"joint", EffectTarget::joint},
+                                                         {"body", EffectTarget::body},   {"sensor", EffectTarget::sensor},
+                                                         {"terrain", EffectTarget::terrain}, {"world", EffectTarget::world}};
+    if (!targets.contains(target))
+      throw InputRefused(fmt::format("the effect '{}' on '{}' needs target_kind 'wheel', 'joint' or 'body' among its parameters", effect.kind,
+                                     effect.target_name));
+    effect.target = targets.at(target);
+    switch (effect.target) {
+      case EffectTarget::wheel: effect.index = find_target(model.rover.wheels, effect.target_name, "wheel", effect.kind); break;
+      case EffectTarget::joint: effect.index = find_target(model.rover.joints, effect.target_name, "joint", effect.kind); break;
+      case EffectTarget::body: effect.index = find_target(model.rover.bodies, effect.target_name, "body", effect.kind); break;
+      case EffectTarget::sensor: effect.index = find_target(model.rover.sensors, effect.target_name, "sensor", effect.kind); break;
+      default: break;
+    }
+    if (effect.target == EffectTarget::joint && effect.index >= 0) {
+      const Joint& joint = model.rover.joints[static_cast<std::size_t>(effect.index)];
+      if (joint.kind != JointKind::hinge && joint.kind != JointKind::prismatic)
+        throw InputRefused(fmt::format("the effect '{}' acts on joint '{}', which neither turns on a hinge nor slides", effect.kind, joint.name));
+    }
+    const std::int64_t id = row.getColumn("id").getInt64();
+    // Names that are no parameter of the law are mistakes, not comments.
+    Statement stranger(database,
+                       "SELECT key FROM effect, json_each(effect.parameters) WHERE effect.id = ?1 AND key NOT IN "
+                       "(SELECT name FROM effect_parameter WHERE effect_kind_id = effect.effect_kind_id) "
+                       "AND NOT (?2 = 'expression' AND key IN ('formula', 'output', 'constants', 'target_kind')) LIMIT 1");
+    stranger.bind(1, id);
+    stranger.bind(2, effect.kind);
+    if (stranger.executeStep())
+      throw InputRefused(fmt::format("the effect '{}' on '{}' has no parameter '{}'; see `rille effects show {}`", effect.kind, effect.target_name,
+                                     stranger.getColumn(0).getString(), effect.kind));
+    Statement value(database,
+                    "SELECT name, unit, amplitude, lower, upper, typical, json_type(parameters, '$.' || name) AS type, "
+                    "json_extract(parameters, '$.' || name) AS value FROM effect JOIN effect_parameter USING (effect_kind_id) WHERE effect.id = ?");
+    value.bind(1, id);
+    bool present = false;
+    while (value.executeStep()) {
+      const std::string name = value.getColumn("name").getString();
+      const bool amplitude = value.getColumn("amplitude").getInt() == 1;
+      const std::string type = value.getColumn("type").getString();
+      double number = amplitude ? 0 : value.getColumn("typical").getDouble();
+      if (type == "real" || type == "integer") number = value.getColumn("value").getDouble();
+      else if (!type.empty() && type != "null")
+        throw InputRefused(fmt::format("the parameter '{}' of effect '{}' on '{}' is {}; give a number in {}", name, effect.kind,
+                                       effect.target_name, type, value.getColumn("unit").getString()));
+      const double lower = value.getColumn("lower").getDouble(), upper = value.getColumn("upper").getDouble();
+      if (!(number >= lower && number <= upper) && !(amplitude && number == 0))
+        throw InputRefused(fmt::format("the parameter '{}' of effect '{}' on '{}' is {:g} {}; it must lie in {:g} to {:g}", name, effect.kind,
+                                       effect.target_name, number, value.getColumn("unit").getString(), lower, upper));
+      effect.parameters[name] = number;
+      present = present || (amplitude && number != 0);
+    }
+    if (!present) continue;
+    if (effect.kind == "expression") {
+      effect.formula = row.getColumn("formula").getString();
+      effect.output = row.getColumn("output").getString();
+      Statement constant(database,
+                         "SELECT key, json_type(value, '$[0]') AS type, json_extract(value, '$[0]') AS number, json_extract(value, '$[1]') AS unit "
+                         "FROM effect, json_each(effect.parameters, '$.constants') WHERE effect.id = ?");
+      constant.bind(1, id);
+      while (constant.executeStep()) {
+        const std::string type = constant.getColumn("type").getString();
+        if (type != "real" && type != "integer")
+          throw InputRefused(fmt::format("the constant '{}' of the expression on '{}' must be a pair [number, \"SI unit\"]",
+                                         constant.getColumn("key").getString(), effect.target_name));
+        effect.constants[constant.getColumn("key").getString()] = {finite(constant, "number", "a constant of an expression"),
+                                                                   constant.getColumn("unit").getString()};
+      }
+    }
+    model.effects.push_back(std::move(effect));
+  }
+}
+
+}  // namespace rille
