@@ -94,27 +94,46 @@ def test_kill_in_mid_run_loses_at_most_the_open_chunk(model):
         ("UPDATE scenario SET step = 1.0", "0.1"),
         ("UPDATE joint SET kind = 'fixed' WHERE name LIKE 'wheel_front_left'", "hinge"),
         ("DELETE FROM scenario", "no scenario"),
-        ("INSERT INTO effect_kind VALUES (1, 'drag', 'body', 1, 'part.velocity', '')", None),
+        ("UPDATE soil SET cohesion = -1", "cohesion"),
+        ("UPDATE soil SET shear_modulus = 0", "shear_modulus"),
+        ("UPDATE soil SET sinkage_exponent = 9e999", "sinkage_exponent"),
+        ("UPDATE wheel SET radius = 0", "radius"),
+        ("UPDATE drive SET max_torque = -3", "max_torque"),
+        ("UPDATE scenario SET start_x = -500", "outside"),
+        (
+            "INSERT INTO obstacle (terrain_id, name, kind, x, y, z, size_x, size_y, size_z) VALUES (1, 'boulder', 'box', 0.5, 0.4, 0.1, 1, 1, 1)",
+            "inside obstacle 'boulder'",
+        ),
+        ("INSERT INTO effect VALUES (1, (SELECT id FROM effect_kind WHERE name = 'slip_sinkage'), 'wheel_x', '{}')", "wheel_x"),
+        ("INSERT INTO effect VALUES (1, (SELECT id FROM effect_kind WHERE name = 'slip_sinkage'), '*', '{\"slip_gain\": 99}')", "1.5"),
+        (
+            "INSERT INTO effect VALUES (1, (SELECT id FROM effect_kind WHERE name = 'slip_sinkage'), '*', '{\"gain\": 1}')",
+            "no parameter 'gain'",
+        ),
+        (
+            "INSERT INTO watch (scenario_id, name, quantity, target, above, action) VALUES (1, 'w', 'part.speed', 'chassis', 1, 'stop')",
+            "part.speed",
+        ),
+        ("INSERT INTO sensor VALUES (1, 's', 'joint.velocity', 'knee', 50, 'world')", "knee"),
     ],
 )
 def test_bad_values_are_sentences_and_exit_code_3(model, sql, word):
     change(model, sql)
     done = solver("run", model, "--duration", "0.1")
-    if word is None:  # a catalogue entry alone changes nothing
-        assert done.returncode == 0
-        return
     assert done.returncode == 3, done.stderr
     assert word in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
 
 
-def test_an_effect_that_is_not_simulated_is_refused_not_ignored(model):
-    change(model, "INSERT INTO effect_kind VALUES (1, 'drag', 'body', 1, 'part.velocity', '')")
-    change(model, "INSERT INTO effect VALUES (1, 1, 'chassis', '{}')")
+def test_an_effect_that_this_solver_does_not_have_is_refused_not_ignored(model):
+    change(model, "INSERT INTO effect_kind VALUES (999, 'magic', 'body', 'body', 1, 'part.position', 'x', 'x', 'x')")
+    change(model, "INSERT INTO effect_parameter VALUES (999, 'size', '1', 1, 0, 1, 1, 1, 'x')")
+    assert solver("run", model, "--duration", "0.1").returncode == 0  # a catalogue entry alone changes nothing
+    change(model, "INSERT INTO effect VALUES (1, 999, 'chassis', '{\"size\": 1}')")
     done = solver("run", model, "--duration", "0.1")
     assert done.returncode == 3
-    assert "effect" in done.stderr
+    assert "magic" in done.stderr
 
 
 def test_leaving_the_terrain_is_an_outcome_with_code_4(model):

@@ -28,6 +28,7 @@ from rille.model import (
     PartInstance,
     Pose,
     Rover,
+    Sensor,
     nearest_names,
 )
 from rille.model.quantity import to_si
@@ -165,6 +166,10 @@ def _positive(value: float | int | str, kind: str, what: str) -> float:
     return number
 
 
+def _optional(value: float | int | str | None, kind: str, what: str) -> float | None:
+    return None if value is None else _positive(value, kind, what)
+
+
 def _part(assembly: Assembly, index: int, volume: VolumeProperties, page: RoverSheet, tolerance: float) -> Part:
     prototype = assembly.prototypes[index]
     if volume.n_solids == 0:
@@ -254,6 +259,7 @@ class _Mechanism:
             differentials=self._differentials(),
             gears=self._gears(),
             wheels=wheels,
+            sensors=self._sensors(),
         )
 
     def _materials(self) -> tuple[Material, ...]:
@@ -385,10 +391,23 @@ class _Mechanism:
                     max_torque=_positive(drive.max_torque, effort, f"max_torque of {subject}"),
                     max_speed=None if drive.max_speed is None else _positive(drive.max_speed, speed, f"max_speed of {subject}"),
                     position_gain=_positive(drive.position_gain, "1/s", f"position_gain of {subject}"),
+                    speed_gain=_optional(drive.speed_gain, f"{effort} s/rad" if effort == "N m" else "N s/m", f"speed_gain of {subject}"),
+                    integral_gain=to_si(drive.integral_gain, f"{effort}/rad" if effort == "N m" else "N/m", f"integral_gain of {subject}"),
+                    torque_constant=_optional(drive.torque_constant, f"{effort}/A", f"torque_constant of {subject}"),
+                    resistance=_optional(drive.resistance, "ohm", f"resistance of {subject}"),
                 )
             )
         self._unique([drive.name for drive in drives], "drive")
         return tuple(drives)
+
+    def _sensors(self) -> tuple[Sensor, ...]:
+        self._unique([sensor.name for sensor in self.page.sensor], "sensor")
+        return tuple(
+            Sensor(
+                name=s.name, quantity=s.quantity, target=s.target, rate=_positive(s.rate, "Hz", f"rate of sensor '{s.name}'"), frame=s.frame
+            )
+            for s in self.page.sensor
+        )
 
     def _wheels(self) -> tuple[Wheel, ...]:
         wheels = []

@@ -73,6 +73,10 @@ class DriveSheet(Sheet):
     max_torque: Number
     max_speed: Number | None = None
     position_gain: Number = 5.0
+    speed_gain: Number | None = None
+    integral_gain: Number = 0.0
+    torque_constant: Number | None = None
+    resistance: Number | None = None
 
 
 class DifferentialSheet(Sheet):
@@ -113,6 +117,16 @@ class WheelSheet(Sheet):
     grousers: GrouserSheet | None = None
 
 
+class SensorSheet(Sheet):
+    """[[sensor]]: reads one quantity of a body, joint, wheel or drive."""
+
+    name: str = Field(min_length=1)
+    quantity: str
+    target: str
+    rate: Number
+    frame: Literal["world", "body"] = "world"
+
+
 class RoverSheet(Sheet):
     """The whole sheet."""
 
@@ -130,3 +144,4 @@ class RoverSheet(Sheet):
     differential: list[DifferentialSheet] = Field(default_factory=list)
     gear: list[GearSheet] = Field(default_factory=list)
     wheel: list[WheelSheet] = Field(default_factory=list)
+    sensor: list[SensorSheet] = Field(default_factory=list)

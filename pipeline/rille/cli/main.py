@@ -6,7 +6,7 @@ import sys
 import typer
 
 from rille import __version__
-from rille.cli import cad, db, run, terrain, view
+from rille.cli import bench, cad, db, effects, run, soil, terrain, view
 from rille.model import InputRefused, PhysicsFailed
 
 DONE, BUG, USAGE, REFUSED, PHYSICS, INTERRUPTED = 0, 1, 2, 3, 4, 130
@@ -22,6 +22,9 @@ app = typer.Typer(
 )
 app.add_typer(cad.app, name="cad")
 app.add_typer(terrain.app, name="terrain")
+app.add_typer(soil.app, name="soil")
+app.command("bench")(bench.bench)
+app.add_typer(effects.app, name="effects")
 app.command("run")(run.run)
 app.command("view")(view.view)
 app.add_typer(db.app, name="db")

@@ -14,6 +14,8 @@ def run(
     scenario: Annotated[str | None, typer.Option(help="Scenario file (TOML), or the name of a scenario in the database.")] = None,
     step: Annotated[float | None, typer.Option(help="Time step [s] instead of the scenario's.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated time [s] instead of the scenario's.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that was interrupted, as if it had not been.")] = False,
+    checkpoint: Annotated[float | None, typer.Option(help="Real time between checkpoints [s]; 0: only on Ctrl-C.")] = None,
     out: Annotated[Path | None, typer.Option(help="Copy the model to this new file and write the results there.")] = None,
     force: Force = False,
     as_json: Json = False,
@@ -21,6 +23,7 @@ def run(
     """Simulate a scenario; results go into the database while it runs. Ctrl-C keeps what was computed.
 
     Example: rille run rover.db --scenario examples/first_drive/traverse.toml
+    Example: rille run rover.db --resume
     """
     from rille import simulate, store, view
 
@@ -38,6 +41,8 @@ def run(
             scenario=name,
             step=step,
             duration=duration,
+            resume=resume,
+            checkpoint=checkpoint,
             on_progress=lambda time, total: update(f"t = {time:.1f} s of {total:g} s", time / total),
         )
     trace = store.read_trace(database, result.run_id)
@@ -58,6 +63,8 @@ def run(
     if result.status == "done":
         return 0
     say(f"rille: {result.message}")
+    if result.status == "stopped":
+        return 0
     return 130 if result.status == "interrupted" else 4
 
 

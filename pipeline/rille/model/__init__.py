@@ -4,6 +4,8 @@ Values refer to each other by name; :mod:`rille.store` turns names into keys and
 model are given in the model frame M at the zero pose (the pose of the CAD assembly); see ``schema/README.md``.
 """
 
+from rille.model.bench import BenchPoints, BenchWheel
+from rille.model.effect import Effect, EffectKind, EffectParameter
 from rille.model.errors import InputRefused, PhysicsFailed, nearest_names
 from rille.model.rover import (
     Body,
@@ -23,20 +25,27 @@ from rille.model.rover import (
     Pose,
     Provenance,
     Rover,
+    Sensor,
     SourceFile,
     Wheel,
 )
-from rille.model.scenario import Command, InitialJointState, Scenario
-from rille.model.terrain import LandformInstance, MaterialPair, Soil, SoilPatch, Terrain
-from rille.model.trace import BodyTrace, Event, JointTrace, Trace, WheelTrace
+from rille.model.scenario import Command, InitialJointState, Scenario, Watch
+from rille.model.terrain import LandformInstance, MaterialPair, Obstacle, Soil, SoilPatch, Terrain
+from rille.model.trace import BodyTrace, EnergyTrace, Event, JointTrace, Ruts, Trace, WheelTrace
 
 __all__ = [
+    "BenchPoints",
+    "BenchWheel",
     "Body",
     "BodyTrace",
     "CollisionShape",
     "Command",
     "Differential",
     "Drive",
+    "Effect",
+    "EffectKind",
+    "EffectParameter",
+    "EnergyTrace",
     "Event",
     "Gear",
     "Grouser",
@@ -51,18 +60,22 @@ __all__ = [
     "Material",
     "MaterialPair",
     "Mesh",
+    "Obstacle",
     "Part",
     "PartInstance",
     "PhysicsFailed",
     "Pose",
     "Provenance",
     "Rover",
+    "Ruts",
     "Scenario",
+    "Sensor",
     "Soil",
     "SoilPatch",
     "SourceFile",
     "Terrain",
     "Trace",
+    "Watch",
     "Wheel",
     "WheelTrace",
     "nearest_names",

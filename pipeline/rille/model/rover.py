@@ -154,6 +154,8 @@ class Drive:
 
     mode : what a command sets. max_torque : largest effort at the joint [N m or N]. max_speed : largest commanded
     speed [rad/s or m/s]. position_gain : position mode, commanded speed per position error [1/s].
+    speed_gain, integral_gain : PI controller of the speed [N m s/rad, N m/rad]; no speed_gain: the speed is held exactly.
+    torque_constant [N m/A], resistance [ohm] : of the motor, for sensors of current and voltage.
     """
 
     name: str
@@ -162,6 +164,10 @@ class Drive:
     max_torque: float
     max_speed: float | None = None
     position_gain: float = 5.0
+    speed_gain: float | None = None
+    integral_gain: float = 0.0
+    torque_constant: float | None = None
+    resistance: float | None = None
     provenance: Provenance = "stated"
 
 
@@ -218,6 +224,20 @@ class Wheel:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Sensor:
+    """Reads ``quantity`` ("joint.velocity") of the body, joint, wheel or drive ``target``, ``rate`` times a second [Hz].
+
+    frame : axes of vectors, ``world`` or ``body``.
+    """
+
+    name: str
+    quantity: str
+    target: str
+    rate: float
+    frame: Literal["world", "body"] = "world"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Rover:
     """A complete mechanism, as the CAD pipeline makes it and the store keeps it."""
 
@@ -232,4 +252,5 @@ class Rover:
     gears: tuple[Gear, ...] = ()
     loop_closures: tuple[LoopClosure, ...] = ()
     wheels: tuple[Wheel, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
     sources: tuple[SourceFile, ...] = field(default=())

@@ -25,6 +25,27 @@ class InitialJointState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Watch:
+    """Waits for an event ("stuck") or for a quantity to pass a bound, then acts once.
+
+    quantity, component, target : as of a sensor. above, below : bounds in SI. hold : for so long without a break [s].
+    action : ``mark`` writes an event, ``stop`` ends the run, ``command`` gives ``drive`` the set ``value``.
+    """
+
+    name: str
+    action: Literal["mark", "stop", "command"]
+    event: str | None = None
+    quantity: str | None = None
+    component: int = 0
+    target: str = ""
+    above: float | None = None
+    below: float | None = None
+    hold: float = 0.0
+    drive: str | None = None
+    value: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
     """One experiment.
 
@@ -47,4 +68,5 @@ class Scenario:
     start_angular_velocity: Vector = (0.0, 0.0, 0.0)
     initial_states: tuple[InitialJointState, ...] = ()
     commands: tuple[Command, ...] = ()
+    watches: tuple[Watch, ...] = ()
     sources: tuple[SourceFile, ...] = ()

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model.rover import Provenance, SourceFile
+from rille.model.rover import Material, Pose, Provenance, SourceFile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +42,10 @@ class Soil:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MaterialPair:
-    """Response of a pair: a wheel's material (None: any) on a soil, or two rigid materials."""
+    """Response of a pair: a wheel's material (None: any) on a soil, or two rigid materials (None: any).
+
+    ``rigid`` with a soil: wheels meet that ground as if it were rock. friction, restitution : of rigid pairs [-].
+    """
 
     response: Literal["rigid", "bekker", "bekker_wong", "reece"]
     material: str | None = None
@@ -74,6 +77,21 @@ class LandformInstance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Obstacle:
+    """A rock or block that does not move. pose : of its centre in W; a cylinder's axis is its z.
+
+    size : box: full lengths [m]; sphere: (radius,); cylinder: (radius, height). vertices : hull, shape (n >= 4, 3) [m] from the centre.
+    """
+
+    name: str
+    kind: Literal["box", "sphere", "cylinder", "hull"]
+    pose: Pose
+    size: tuple[float, ...] = ()
+    vertices: NDArray[np.float64] | None = None
+    material: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Terrain:
     """A digital elevation model with soil, in the local frame W (x east, y north, z up).
 
@@ -93,6 +111,8 @@ class Terrain:
     pairs: tuple[MaterialPair, ...]
     patches: tuple[SoilPatch, ...] = ()
     landforms: tuple[LandformInstance, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
+    materials: tuple[Material, ...] = ()
     crs: str = ""
     map_origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     source: str = ""

@@ -57,6 +57,34 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EnergyTrace:
+    """Energies since t = 0, each (n,) [J]: see table ``energy_state``."""
+
+    kinetic: Array
+    potential: Array
+    drive_work: Array
+    soil_loss: Array
+    joint_loss: Array
+    contact_loss: Array
+    external_work: Array
+    residual: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ruts:
+    """What wheels left in the soil. sinkage : (n_rows, n_cols) [m] below the undisturbed terrain, 0 = untouched, row 0 north.
+
+    pressure : (n_rows, n_cols) [Pa], largest normal stress. The value of row i, column j stands at x_west + j posting, y_north - i posting.
+    """
+
+    sinkage: Array
+    pressure: Array
+    posting: float
+    x_west: float
+    y_north: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
     """One run. time : (n,) [s]."""
 
@@ -70,3 +98,4 @@ class Trace:
     joints: tuple[JointTrace, ...]
     wheels: tuple[WheelTrace, ...]
     events: tuple[Event, ...]
+    energy: EnergyTrace | None = None

@@ -1,6 +1,17 @@
-"""Runs the solver on a database, and reads scenario files."""
+"""Runs the solver: on a database as a program, or in process as a bench and in short windows."""
 
+from rille.simulate.bench import BenchResult, bench, effect_rows
+from rille.simulate.bench_file import bench_csv_lines, read_bench_csv
 from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file
 
-__all__ = ["RunResult", "read_scenario_file", "run"]
+__all__ = [
+    "BenchResult",
+    "RunResult",
+    "bench",
+    "bench_csv_lines",
+    "effect_rows",
+    "read_bench_csv",
+    "read_scenario_file",
+    "run",
+]

@@ -16,7 +16,7 @@ from rille.model import InputRefused
 class RunResult:
     """How a run ended.
 
-    status : done, interrupted, left_terrain, wheel_buried or diverged. time_reached : [s] simulated. wall : [s] real.
+    status : done, stopped (by a watch), interrupted, left_terrain, wheel_buried or diverged. time_reached : [s] simulated. wall : [s] real.
     real_time_factor : simulated per real time [-]. message : the outcome in a sentence, empty when done.
     """
 
@@ -51,6 +51,8 @@ def run(
     scenario: str | None = None,
     step: float | None = None,
     duration: float | None = None,
+    resume: bool = False,
+    checkpoint: float | None = None,
     on_progress: Callable[[float, float], None] | None = None,
 ) -> RunResult:
     """Simulate a scenario of the database; results are written into it while the solver runs.
@@ -60,6 +62,8 @@ def run(
     path : database with model and scenario.
     scenario : its name; None: the only one.
     step, duration : override the scenario's [s].
+    resume : go on with the scenario's run that was interrupted, bit by bit as if it had not been.
+    checkpoint : real time between checkpoints [s]; 0: only when interrupted; None: the solver's choice.
     on_progress : called with simulated time and duration [s].
 
     Returns
@@ -78,6 +82,10 @@ def run(
         command += ["--step", repr(step)]
     if duration is not None:
         command += ["--duration", repr(duration)]
+    if resume:
+        command.append("--resume")
+    if checkpoint is not None:
+        command += ["--checkpoint", repr(checkpoint)]
     try:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace")
     except OSError as error:

@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from rille import __version__
-from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, nearest_names
+from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, Watch, nearest_names
 from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, read_sheet, source_of
 
@@ -39,6 +39,20 @@ class _Command(Sheet):
     value: Number
 
 
+class _Watch(Sheet):
+    name: str = Field(min_length=1)
+    event: str | None = None
+    quantity: str | None = None
+    component: int = Field(0, ge=0, le=3)
+    target: str = ""
+    above: float | None = None
+    below: float | None = None
+    hold: Number = 0.0
+    action: Literal["mark", "stop", "command"] = "mark"
+    drive: str | None = None
+    value: Number | None = None
+
+
 class _ScenarioSheet(Sheet):
     name: str = Field(min_length=1)
     duration: Number
@@ -51,6 +65,7 @@ class _ScenarioSheet(Sheet):
     start: _Start = _Start()
     initial_state: list[_InitialState] = []
     command: list[_Command] = []
+    watch: list[_Watch] = []
 
 
 def _gravity(value: Number | list[Number]) -> tuple[float, float, float]:
@@ -113,8 +128,31 @@ def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
             for s in sheet.initial_state
         ),
         commands=tuple(sorted(commands, key=lambda c: (c.time, c.drive))),
+        watches=tuple(_watch(entry, sheet.name, drive_modes) for entry in sheet.watch),
         sources=(source_of(path, f"scenario {sheet.name}", f"rille {__version__}"),),
     )
+
+
+UNITS_OF_MODE: dict[str, Sequence[str]] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}
+
+
+def _watch(entry: _Watch, scenario: str, drive_modes: dict[str, str]) -> Watch:
+    what = f"watch '{entry.name}' of scenario '{scenario}'"
+    if (entry.event is None) == (entry.quantity is None):
+        raise InputRefused(f'{what} needs either an event or a quantity, for example event = "stuck"')
+    if entry.quantity is not None and entry.above is None and entry.below is None:
+        raise InputRefused(f"{what} compares {entry.quantity} with nothing; give above or below, in SI")
+    if (entry.action == "command") != (entry.drive is not None and entry.value is not None):
+        raise InputRefused(f'{what}: drive and value belong to action = "command", and only to it')
+    value = None
+    if entry.drive is not None and entry.value is not None:
+        if entry.drive not in drive_modes:
+            raise InputRefused(
+                f"{what} commands the drive '{entry.drive}', which the model does not have; {nearest_names(entry.drive, drive_modes)}"
+            )
+        value = _in_units(entry.value, UNITS_OF_MODE[drive_modes[entry.drive]], f"value of {what}")
+    fields = ("name", "action", "event", "quantity", "component", "target", "above", "below", "drive")
+    return Watch(hold=to_si(entry.hold, "time", f"hold of {what}"), value=value, **{f: getattr(entry, f) for f in fields})
 
 
 def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> list[Command]:
@@ -128,7 +166,7 @@ def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> li
                 f"{nearest_names(pattern, drive_modes)}"
             )
         for drive in matched:
-            expected: Sequence[str] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}[drive_modes[drive]]
+            expected = UNITS_OF_MODE[drive_modes[drive]]
             commands.append(Command(drive=drive, time=time, value=_in_units(entry.value, expected, f"the command of drive '{drive}'")))
     return commands
 

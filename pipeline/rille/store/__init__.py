@@ -1,25 +1,39 @@
 """The database: the only Python of rille that speaks SQL. See ``schema/README.md`` for the contract."""
 
+from rille.store.bench import drop_bench, write_bench
 from rille.store.database import create, migrate, schema_version
+from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.health import check, info, units
-from rille.store.results import RunRow, list_runs, read_trace
+from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, read_samples, read_trace
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
-from rille.store.terrain import read_terrain, write_terrain
+from rille.store.terrain import read_soils, read_terrain, write_terrain
 
 __all__ = [
     "RunRow",
+    "add_effect",
     "check",
+    "check_effect",
     "create",
+    "drop_bench",
+    "effect_kinds",
+    "find_effect_kind",
     "info",
     "list_runs",
     "migrate",
+    "read_effects",
+    "read_reactions",
     "read_rover",
+    "read_ruts",
+    "read_samples",
     "read_scenario",
+    "read_soils",
     "read_terrain",
     "read_trace",
     "schema_version",
     "units",
+    "write_bench",
+    "write_effects",
     "write_rover",
     "write_scenario",
     "write_terrain",

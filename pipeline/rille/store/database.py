@@ -49,7 +49,8 @@ def create(path: Path) -> None:
         with closing(sqlite3.connect(part)) as connection:
             connection.execute("PRAGMA journal_mode = WAL")  # readers see what a running solver has committed
             connection.executescript((schema_folder() / "schema.sql").read_text())
-            connection.executescript((schema_folder() / "views.sql").read_text())
+            for rows in ("views.sql", "effects.sql"):
+                connection.executescript((schema_folder() / rows).read_text())
             connection.commit()
         part.rename(path)
     except (sqlite3.Error, OSError) as error:
@@ -167,7 +168,8 @@ def migrate(path: Path) -> tuple[int, int]:
                 raise InputRefused(f"there is no migration to version {version}; '{path}' stays at version {version - 1}")
             apply_step(connection, version, steps[version].read_text())
         if before < schema_version():
-            connection.executescript((schema_folder() / "views.sql").read_text())
+            for rows in ("views.sql", "effects.sql"):
+                connection.executescript((schema_folder() / rows).read_text())
     return before, schema_version()
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rille.model import BodyTrace, Event, InputRefused, JointTrace, Trace, WheelTrace
+from rille.model import BodyTrace, EnergyTrace, Event, InputRefused, JointTrace, Ruts, Trace, WheelTrace
 from rille.store.database import reading
 
 
@@ -49,6 +49,7 @@ def read_trace(path: Path, run_id: int | None = None) -> Trace:
         time, bodies = _states(connection, "body", run.id)
         _, joints = _states(connection, "joint", run.id)
         _, wheels = _states(connection, "wheel", run.id)
+        energy = connection.execute("SELECT * FROM energy_state WHERE run_id = ? ORDER BY time", (run.id,)).fetchall()
         events = connection.execute("SELECT * FROM event WHERE run_id = ? ORDER BY id", (run.id,)).fetchall()
     return Trace(
         run_id=run.id,
@@ -77,8 +78,53 @@ def read_trace(path: Path, run_id: int | None = None) -> Trace:
             )
             for n, v in wheels.items()
         ),
+        energy=EnergyTrace(**{f: np.array([e[f] for e in energy]) for f in EnergyTrace.__dataclass_fields__}) if energy else None,
         events=tuple(Event(time=e["time"], kind=e["kind"], subject=e["subject"], message=e["message"]) for e in events),
     )
+
+
+def read_reactions(path: Path, run_id: int) -> dict[str, np.ndarray]:
+    """Reactions by joint: shape (n, 7), time [s], force [N] and torque [N m] of the carrier on the carried body, in W."""
+    with reading(path) as connection:
+        result = {}
+        for key, name in connection.execute("SELECT id, name FROM joint ORDER BY id").fetchall():
+            rows = connection.execute(
+                "SELECT time, fx, fy, fz, tx, ty, tz FROM joint_reaction WHERE run_id = ? AND joint_id = ? ORDER BY time", (run_id, key)
+            ).fetchall()
+            result[name] = np.array([tuple(r) for r in rows]).reshape(-1, 7)
+        return result
+
+
+def read_samples(path: Path, run_id: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """What the sensors said, by name: times (n,) [s] by their own clocks, values (n, components) [SI]."""
+    with reading(path) as connection:
+        result = {}
+        for key, name in connection.execute("SELECT id, name FROM sensor ORDER BY id").fetchall():
+            rows = connection.execute(
+                "SELECT time, component, value FROM sensor_sample WHERE run_id = ? AND sensor_id = ? ORDER BY time, component",
+                (run_id, key),
+            ).fetchall()
+            width = 1 + max((r["component"] for r in rows), default=0)
+            table = np.array([tuple(r) for r in rows], dtype=float).reshape(-1, width, 3)
+            result[name] = (table[:, 0, 0], table[:, :, 2])
+        return result
+
+
+def read_ruts(path: Path, run_id: int) -> Ruts | None:
+    """Ruts of a run, cropped to the tiles that were touched; None where no wheel touched soil."""
+    with reading(path) as connection:
+        tiles = connection.execute("SELECT * FROM rut_tile WHERE run_id = ?", (run_id,)).fetchall()
+    if not tiles:
+        return None
+    row0, col0 = min(t["row0"] for t in tiles), min(t["col0"] for t in tiles)
+    shape = (max(t["row0"] + t["n_rows"] for t in tiles) - row0, max(t["col0"] + t["n_cols"] for t in tiles) - col0)
+    layers = {"sinkage": np.zeros(shape), "pressure": np.zeros(shape)}
+    for t in tiles:
+        i, j = t["row0"] - row0, t["col0"] - col0
+        layers[t["layer"]][i : i + t["n_rows"], j : j + t["n_cols"]] = np.frombuffer(t["data"], "<f4").reshape(t["n_rows"], t["n_cols"])
+    posting = tiles[0]["posting"]
+    x_west, y_north = tiles[0]["x_west"] + col0 * posting, tiles[0]["y_north"] - row0 * posting
+    return Ruts(sinkage=layers["sinkage"], pressure=layers["pressure"], posting=posting, x_west=x_west, y_north=y_north)
 
 
 def _states(connection: sqlite3.Connection, what: str, run_id: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -4,6 +4,7 @@ import sqlite3
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.model import (
     Body,
@@ -23,6 +24,7 @@ from rille.model import (
     PartInstance,
     Pose,
     Rover,
+    Sensor,
     SourceFile,
     Wheel,
     nearest_names,
@@ -30,6 +32,7 @@ from rille.model import (
 from rille.store.database import insert, reading, writing
 
 ROVER_TABLES = (
+    "sensor",
     "grouser",
     "wheel",
     "loop_closure",
@@ -43,7 +46,6 @@ ROVER_TABLES = (
     "part_instance",
     "body",
     "part",
-    "material",
 )  # children before parents
 
 
@@ -66,6 +68,8 @@ def write_rover(path: Path, rover: Rover, *, replace: bool = False) -> None:
             )
         for table in ("run", "scenario", *ROVER_TABLES):
             connection.execute(f"DELETE FROM {table}")
+        connection.execute("DELETE FROM effect")  # they act on parts of the rover
+        connection.execute("DELETE FROM material WHERE id NOT IN (SELECT material_id FROM obstacle WHERE material_id IS NOT NULL)")
         connection.execute("DELETE FROM provenance WHERE subject = 'rover'")
         _Writer(connection, rover).write()
 
@@ -101,6 +105,16 @@ def pose_columns(pose: Pose) -> dict[str, object]:
     return dict(zip(names, map(float, (*pose.position, *pose.rotation)), strict=True))
 
 
+def shape_columns(kind: str, size: tuple[float, ...], vertices: NDArray[np.float64] | None) -> dict[str, object]:
+    """Columns size_x size_y size_z vertices of a convex solid."""
+    sizes: list[float | None] = list(map(float, size))
+    if kind == "cylinder":
+        sizes = [sizes[0], None, sizes[1]]
+    sizes += [None] * (3 - len(sizes))
+    columns: dict[str, object] = dict(zip(("size_x", "size_y", "size_z"), sizes, strict=True))
+    return columns | {"vertices": None if vertices is None else np.ascontiguousarray(vertices, "<f8").tobytes()}
+
+
 def write_sources(connection: sqlite3.Connection, sources: tuple[SourceFile, ...]) -> None:
     """Rows of table ``provenance``."""
     for source in sources:
@@ -125,6 +139,7 @@ class _Writer:
         self.write_bodies()
         self.write_joints()
         self.write_wheels()
+        self.write_sensors()
 
     def write_parts(self) -> None:
         for material in self.rover.materials:
@@ -135,7 +150,8 @@ class _Writer:
                 "provenance": material.provenance,
                 "source": material.source,
             }
-            self.materials.keys[material.name] = insert(self.connection, "material", subject, row)
+            kept = self.connection.execute("SELECT id FROM material WHERE name = ?", (material.name,)).fetchone()  # an obstacle's
+            self.materials.keys[material.name] = kept["id"] if kept else insert(self.connection, "material", subject, row)
         for part in self.rover.parts:
             subject = f"part '{part.name}'"
             row = {
@@ -175,20 +191,12 @@ class _Writer:
             insert(self.connection, "part_instance", subject, row)
         for shape in self.rover.collision_shapes:
             subject = f"collision shape of body '{shape.body}'"
-            size = list(map(float, shape.size))
-            if shape.kind == "cylinder":
-                size = [size[0], None, size[1]]
-            size += [None] * (3 - len(size))
-            vertices = shape.vertices
             row = {
                 "body_id": self.bodies.key(shape.body, subject),
                 "material_id": self.materials.key(shape.material, subject),
                 "kind": shape.kind,
                 **pose_columns(shape.pose),
-                "size_x": size[0],
-                "size_y": size[1],
-                "size_z": size[2],
-                "vertices": None if vertices is None else np.ascontiguousarray(vertices, "<f8").tobytes(),
+                **shape_columns(shape.kind, shape.size, shape.vertices),
             }
             insert(self.connection, "collision_shape", subject, row)
 
@@ -221,6 +229,10 @@ class _Writer:
                 "max_torque": drive.max_torque,
                 "max_speed": drive.max_speed,
                 "position_gain": drive.position_gain,
+                "speed_gain": drive.speed_gain,
+                "integral_gain": drive.integral_gain,
+                "torque_constant": drive.torque_constant,
+                "resistance": drive.resistance,
                 "provenance": drive.provenance,
             }
             insert(self.connection, "drive", subject, row)
@@ -273,6 +285,23 @@ class _Writer:
                 }
                 insert(self.connection, "grouser", f"grousers of {subject}", row)
 
+    def write_sensors(self) -> None:
+        targets = {
+            "joint": {joint.name for joint in self.rover.joints},
+            "part": {body.name for body in self.rover.bodies},
+            "wheel": {wheel.name for wheel in self.rover.wheels},
+            "motor": {drive.name for drive in self.rover.drives},
+        }
+        for sensor in self.rover.sensors:
+            subject = f"sensor '{sensor.name}'"
+            names = targets.get(sensor.quantity.partition(".")[0])
+            if names is not None and sensor.target not in names:
+                raise InputRefused(
+                    f"{subject} reads '{sensor.target}', which the rover does not have; {nearest_names(sensor.target, names)}"
+                )
+            row = {f: getattr(sensor, f) for f in ("name", "quantity", "target", "rate", "frame")}
+            insert(self.connection, "sensor", subject, row)
+
 
 def read_rover(path: Path) -> Rover:
     """Read the rover back, equal in value to what was written.
@@ -306,7 +335,7 @@ class _Reader:
             ),
             parts=self.parts(),
             instances=tuple(
-                PartInstance(path=r["path"], part=parts[r["part_id"]], body=bodies.get(r["body_id"]), pose=_pose(r))
+                PartInstance(path=r["path"], part=parts[r["part_id"]], body=bodies.get(r["body_id"]), pose=read_pose(r))
                 for r in self.rows("SELECT * FROM part_instance ORDER BY id")
             ),
             bodies=tuple(
@@ -323,6 +352,10 @@ class _Reader:
                     max_torque=r["max_torque"],
                     max_speed=r["max_speed"],
                     position_gain=r["position_gain"],
+                    speed_gain=r["speed_gain"],
+                    integral_gain=r["integral_gain"],
+                    torque_constant=r["torque_constant"],
+                    resistance=r["resistance"],
                     provenance=r["provenance"],
                 )
                 for r in self.rows("SELECT * FROM drive ORDER BY id")
@@ -350,6 +383,10 @@ class _Reader:
                 for r in self.rows("SELECT * FROM loop_closure ORDER BY id")
             ),
             wheels=self.wheels(materials, joints),
+            sensors=tuple(
+                Sensor(name=r["name"], quantity=r["quantity"], target=r["target"], rate=r["rate"], frame=r["frame"])
+                for r in self.rows("SELECT * FROM sensor ORDER BY id")
+            ),
             sources=read_sources(self.connection, "rover"),
         )
 
@@ -385,7 +422,7 @@ class _Reader:
                 CollisionShape(
                     body=self.names["body"][r["body_id"]],
                     kind=r["kind"],
-                    pose=_pose(r),
+                    pose=read_pose(r),
                     size=size,
                     vertices=vertices,
                     material=self.names["material"].get(r["material_id"]),
@@ -437,7 +474,8 @@ def read_sources(connection: sqlite3.Connection, subject: str) -> tuple[SourceFi
     return tuple(SourceFile(subject=r["subject"], file=r["file"], sha256=r["sha256"], tool=r["tool"]) for r in rows)
 
 
-def _pose(row: sqlite3.Row) -> Pose:
+def read_pose(row: sqlite3.Row) -> Pose:
+    """Pose of columns x y z qw qx qy qz."""
     return Pose(position=(row["x"], row["y"], row["z"]), rotation=(row["qw"], row["qx"], row["qy"], row["qz"]))
 
 

@@ -4,10 +4,11 @@ import sqlite3
 from dataclasses import replace as changed
 from pathlib import Path
 
-from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, nearest_names
+from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, Watch, nearest_names
 from rille.store.database import insert, reading, writing
 from rille.store.rover import read_sources, write_sources
 
+WATCH_COLUMNS = ("name", "event", "quantity", "component", "target", "above", "below", "hold", "action", "value")
 START_COLUMNS = (
     *(f"start_{c}" for c in ("x", "y", "z", "qw", "qx", "qy", "qz")),
     *(f"start_{c}" for c in ("vx", "vy", "vz", "wx", "wy", "wz")),
@@ -79,6 +80,14 @@ def _write(connection: sqlite3.Connection, scenario: Scenario) -> None:
             "velocity": state.velocity,
         }
         insert(connection, "initial_state", f"the initial state of joint '{state.joint}' in {subject}", row)
+    for watch in scenario.watches:
+        what = f"watch '{watch.name}' of {subject}"
+        row = {
+            "scenario_id": key,
+            **{f: getattr(watch, f) for f in WATCH_COLUMNS},
+            "drive_id": None if watch.drive is None else _key(drives, "drive", watch.drive, what),
+        }
+        insert(connection, "watch", what, row)
     for command in scenario.commands:
         row = {
             "scenario_id": key,
@@ -121,6 +130,10 @@ def _read(connection: sqlite3.Connection, name: str) -> Scenario:
         "SELECT name, time, value FROM command JOIN drive ON drive.id = drive_id WHERE scenario_id = ? ORDER BY command.rowid",
         (row["id"],),
     )
+    watches = connection.execute(
+        "SELECT watch.*, drive.name AS drive FROM watch LEFT JOIN drive ON drive.id = drive_id WHERE scenario_id = ? ORDER BY watch.id",
+        (row["id"],),
+    )
     start = [row[c] for c in START_COLUMNS]
     return Scenario(
         name=row["name"],
@@ -136,6 +149,7 @@ def _read(connection: sqlite3.Connection, name: str) -> Scenario:
         start_velocity=(start[7], start[8], start[9]),
         start_angular_velocity=(start[10], start[11], start[12]),
         initial_states=tuple(InitialJointState(joint=s["name"], position=s["position"], velocity=s["velocity"]) for s in states),
+        watches=tuple(Watch(drive=w["drive"], **{f: w[f] for f in WATCH_COLUMNS}) for w in watches),
         commands=tuple(Command(drive=c["name"], time=c["time"], value=c["value"]) for c in commands),
         sources=read_sources(connection, f"scenario {name}"),
     )

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rille.model import InputRefused, LandformInstance, MaterialPair, Soil, SoilPatch, Terrain, nearest_names
+from rille.model import InputRefused, LandformInstance, Material, MaterialPair, Obstacle, Soil, SoilPatch, Terrain, nearest_names
 from rille.store.database import insert, reading, writing
-from rille.store.rover import read_sources, write_sources
+from rille.store.rover import pose_columns, read_pose, read_sources, shape_columns, write_sources
 
 TILE = 1024  # rows and columns of a tile at most
 
@@ -55,6 +55,8 @@ def write_terrain(path: Path, terrain: Terrain, *, replace: bool = False) -> Non
             connection.execute("DELETE FROM terrain WHERE id = ?", (present["id"],))
         connection.execute("DELETE FROM provenance WHERE subject = ?", (f"terrain {terrain.name}",))
         soils = {soil.name: _write_soil(connection, soil) for soil in terrain.soils}
+        for material in terrain.materials:
+            _write_material(connection, material)
         for pair in terrain.pairs:
             _write_pair(connection, pair, soils)
         key = _write_grid(connection, terrain, soils)
@@ -78,6 +80,8 @@ def write_terrain(path: Path, terrain: Terrain, *, replace: bool = False) -> Non
                 "drivers": json.dumps(landform.drivers, sort_keys=True),
             }
             insert(connection, "landform_instance", f"landform '{landform.name}'", row)
+        for obstacle in terrain.obstacles:
+            _write_obstacle(connection, obstacle, key)
         write_sources(connection, terrain.sources)
 
 
@@ -92,6 +96,31 @@ def _write_soil(connection: sqlite3.Connection, soil: Soil) -> int:
                 f"soil '{soil.name}' has {column} = {value}, but the database holds {present[column]} under that name; rename the soil"
             )
     return present["id"]
+
+
+def _write_material(connection: sqlite3.Connection, material: Material) -> None:
+    """Materials are shared with rovers: one that is there already is left as it is."""
+    if connection.execute("SELECT 1 FROM material WHERE name = ?", (material.name,)).fetchone() is None:
+        row = {f: getattr(material, f) for f in ("name", "density", "provenance", "source")}
+        insert(connection, "material", f"material '{material.name}'", row)
+
+
+def _write_obstacle(connection: sqlite3.Connection, obstacle: Obstacle, terrain: int) -> None:
+    subject = f"obstacle '{obstacle.name}'"
+    materials = dict(connection.execute("SELECT name, id FROM material").fetchall())
+    if obstacle.material is not None and obstacle.material not in materials:
+        raise InputRefused(
+            f"{subject} is of '{obstacle.material}', which the database does not have; {nearest_names(obstacle.material, materials)}"
+        )
+    row = {
+        "terrain_id": terrain,
+        "name": obstacle.name,
+        "material_id": materials.get(obstacle.material),
+        "kind": obstacle.kind,
+        **pose_columns(obstacle.pose),
+        **shape_columns(obstacle.kind, obstacle.size, obstacle.vertices),
+    }
+    insert(connection, "obstacle", subject, row)
 
 
 def _soil_key(soils: dict[str, int], name: str, subject: str) -> int:
@@ -174,6 +203,13 @@ def read_terrain(path: Path, name: str | None = None) -> Terrain:
         return _read(connection, rows[name] if name is not None else next(iter(rows.values())))
 
 
+def read_soils(path: Path) -> tuple[Soil, ...]:
+    """All soils of a database."""
+    with reading(path) as connection:
+        rows = connection.execute("SELECT * FROM soil ORDER BY id").fetchall()
+        return tuple(Soil(name=r["name"], **{column: r[column] for column in SOIL_COLUMNS}) for r in rows)
+
+
 def _read(connection: sqlite3.Connection, row: sqlite3.Row) -> Terrain:
     soils = {r["id"]: r for r in connection.execute("SELECT * FROM soil ORDER BY id")}
     patches = connection.execute("SELECT * FROM soil_patch WHERE terrain_id = ? ORDER BY id", (row["id"],)).fetchall()
@@ -187,6 +223,8 @@ def _read(connection: sqlite3.Connection, row: sqlite3.Row) -> Terrain:
         heights[rows, columns] = values.reshape(tile["n_rows"], tile["n_cols"])
     materials = dict(connection.execute("SELECT id, name FROM material").fetchall())
     pairs = connection.execute("SELECT * FROM material_pair WHERE soil_id IS NOT NULL ORDER BY id").fetchall()
+    rigid = connection.execute("SELECT * FROM material_pair WHERE soil_id IS NULL ORDER BY id").fetchall()
+    obstacles = connection.execute("SELECT * FROM obstacle WHERE terrain_id = ? ORDER BY id", (row["id"],)).fetchall()
     landforms = connection.execute("SELECT * FROM landform_instance WHERE terrain_id = ? ORDER BY id", (row["id"],))
     return Terrain(
         name=row["name"],
@@ -200,9 +238,16 @@ def _read(connection: sqlite3.Connection, row: sqlite3.Row) -> Terrain:
             Soil(name=soil["name"], **{column: soil[column] for column in SOIL_COLUMNS}) for key, soil in soils.items() if key in used
         ),
         pairs=tuple(
-            MaterialPair(response=p["response"], material=materials.get(p["material_id"]), soil=soils[p["soil_id"]]["name"])
-            for p in pairs
-            if p["soil_id"] in used
+            MaterialPair(
+                response=p["response"],
+                material=materials.get(p["material_id"]),
+                other_material=materials.get(p["other_material_id"]),
+                soil=None if p["soil_id"] is None else soils[p["soil_id"]]["name"],
+                friction=p["friction"],
+                restitution=p["restitution"],
+            )
+            for p in (*pairs, *rigid)
+            if p["soil_id"] is None or p["soil_id"] in used
         ),
         patches=tuple(
             SoilPatch(
@@ -222,6 +267,23 @@ def _read(connection: sqlite3.Connection, row: sqlite3.Row) -> Terrain:
                 drivers=json.loads(r["drivers"]),
             )
             for r in landforms
+        ),
+        obstacles=tuple(
+            Obstacle(
+                name=r["name"],
+                kind=r["kind"],
+                pose=read_pose(r),
+                size=tuple(v for v in (r["size_x"], r["size_y"], r["size_z"]) if v is not None),
+                vertices=None if r["vertices"] is None else np.frombuffer(r["vertices"], "<f8").reshape(-1, 3),
+                material=materials.get(r["material_id"]),
+            )
+            for r in obstacles
+        ),
+        materials=tuple(
+            Material(name=r["name"], density=r["density"], provenance=r["provenance"], source=r["source"])
+            for r in connection.execute(
+                "SELECT * FROM material WHERE id IN (SELECT material_id FROM obstacle WHERE terrain_id = ?)", (row["id"],)
+            )
         ),
         crs=row["crs"],
         map_origin=(row["map_x"], row["map_y"], row["map_z"]),

@@ -58,6 +58,8 @@ class SoilSheet(Sheet):
     peak_angle_slip: Number = 0.15
     exit_sinkage_ratio: Number = 0.0
     damping: Number = "3e4 Pa s/m"
+    reece_cohesive_modulus: float | None = None
+    reece_frictional_modulus: float | None = None
     source: str = ""
 
     def value(self) -> Soil:
@@ -82,6 +84,8 @@ class SoilSheet(Sheet):
             peak_angle_slip=si("peak_angle_slip", "dimensionless"),
             exit_sinkage_ratio=si("exit_sinkage_ratio", "dimensionless"),
             damping=si("damping", "Pa s/m"),
+            reece_cohesive_modulus=self.reece_cohesive_modulus,
+            reece_frictional_modulus=self.reece_frictional_modulus,
             source=self.source,
         )
         _check(soil)

@@ -12,6 +12,7 @@ from rille import __version__
 from rille.model import (
     InputRefused,
     LandformInstance,
+    Material,
     MaterialPair,
     Soil,
     SoilPatch,
@@ -23,6 +24,7 @@ from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, expand, read_sheet, source_of
 from rille.terrain import base as ground
 from rille.terrain.dem import read_dem, relative_to_data
+from rille.terrain.obstacle import ObstacleSheet, place_obstacle
 from rille.terrain.register import SoilSheet, landforms, soils
 
 Array = NDArray[np.float64]
@@ -77,6 +79,25 @@ class PatchSheet(Sheet):
     polygon: list[Pair] = Field(min_length=3)
 
 
+class PairSheet(Sheet):
+    """[[pair]]: response of two materials, or of wheels on a soil; what is left out means any."""
+
+    response: Literal["rigid", "bekker", "bekker_wong", "reece"]
+    material: str | None = None
+    other_material: str | None = None
+    soil: str | None = None
+    friction: float | None = Field(None, ge=0)
+    restitution: float | None = Field(None, ge=0, le=1)
+
+
+class MaterialSheet(Sheet):
+    """[[material]]: what obstacles are made of."""
+
+    name: str = Field(min_length=1)
+    density: Number = "2700 kg/m^3"
+    source: str = ""
+
+
 class SceneSheet(Sheet):
     """The whole scene."""
 
@@ -87,6 +108,9 @@ class SceneSheet(Sheet):
     landform: list[LandformSheet] = []
     soil_patch: list[PatchSheet] = []
     soils: list[SoilSheet] = []
+    material: list[MaterialSheet] = []
+    pair: list[PairSheet] = []
+    obstacle: list[ObstacleSheet] = []
 
 
 def build(scene: Path, *, progress: Callable[[str, float], None] | None = None) -> Terrain:
@@ -120,6 +144,10 @@ def build(scene: Path, *, progress: Callable[[str, float], None] | None = None) 
     say("done", 1.0)
     patches = tuple(_patch(sheet, known) for sheet in page.soil_patch)
     used = list(dict.fromkeys([page.soil, *(patch.soil for patch in patches)]))
+    for count, sheet in enumerate(page.obstacle):
+        if any(other.name == sheet.name for other in page.obstacle[:count]):
+            raise InputRefused(f"the scene has two obstacles called '{sheet.name}'; give each its own name")
+    shaped = _with(terrain, heights=heights)
     return Terrain(
         **{
             name: getattr(terrain, name)
@@ -127,10 +155,26 @@ def build(scene: Path, *, progress: Callable[[str, float], None] | None = None) 
         },
         heights=heights,
         soils=tuple(known[name] for name in used),
-        pairs=tuple(MaterialPair(response=page.response, soil=name) for name in used),
+        pairs=(*(MaterialPair(response=page.response, soil=name) for name in used), *(_pair(sheet, used) for sheet in page.pair)),
+        obstacles=tuple(place_obstacle(sheet, shaped) for sheet in page.obstacle),
+        materials=tuple(
+            Material(name=m.name, density=to_si(m.density, "density", f"density of '{m.name}'"), provenance="stated", source=m.source)
+            for m in page.material
+        ),
         patches=patches,
         landforms=tuple(placed),
     )
+
+
+def _pair(sheet: PairSheet, used: list[str]) -> MaterialPair:
+    if sheet.soil is not None:
+        if sheet.soil not in used:
+            raise InputRefused(f"a pair names the soil '{sheet.soil}', which the scene does not use; {nearest_names(sheet.soil, used)}")
+    elif sheet.response != "rigid":
+        raise InputRefused(f"a pair with response '{sheet.response}' needs a soil; rigid pairs need none")
+    if sheet.response == "rigid" and sheet.friction is None:
+        raise InputRefused("a rigid pair needs its friction, for example friction = 0.6")
+    return MaterialPair(**sheet.model_dump())
 
 
 def _soil(name: str, known: dict[str, Soil], subject: str) -> str:

@@ -7,11 +7,22 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <map>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
 
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "effects/registry.hpp"
 #include "model/error.hpp"
 #include "physics/sinkage.hpp"
 #include "physics/slip.hpp"
+#include "simulate/bench.hpp"
+#include "simulate/parameters.hpp"
 #include "simulate/simulation.hpp"
 #include "store/contract.hpp"
 #include "store/load.hpp"
@@ -30,7 +41,7 @@ Array array(std::vector<double> values, std::size_t rows, std::size_t columns) {
   return Array(kept->data(), {rows, columns}, owner);
 }
 
-Simulation make(const std::string& path, const std::optional<std::string>& scenario, const std::optional<double>& step) {
+rille::Model load(const std::string& path, const std::optional<std::string>& scenario, const std::optional<double>& step) {
   rille::require_double_precision();
   SQLite::Database database = rille::open_database(path);
   rille::Model model = rille::load_model(database, scenario);
@@ -39,7 +50,141 @@ Simulation make(const std::string& path, const std::optional<std::string>& scena
       throw rille::InputRefused(fmt::format("step is {:g} s; it must be above 0 and at most 0.1 s", *step));
     model.scenario.step = *step;
   }
-  return Simulation(std::move(model));
+  return model;
+}
+
+rille::WheelSoilLaw law_from(const std::string& law) {
+  const std::map<std::string, rille::WheelSoilLaw> laws = {{"bekker", rille::WheelSoilLaw::bekker},
+                                                           {"bekker_wong", rille::WheelSoilLaw::bekker_wong},
+                                                           {"reece", rille::WheelSoilLaw::reece}};
+  if (!laws.contains(law))
+    throw rille::InputRefused(fmt::format("the wheel-soil law '{}' is unknown; known: bekker, bekker_wong, reece", law));
+  return laws.at(law);
+}
+
+// (kind, target kind, target, {parameter: number}[, formula, output, {constant: (value, unit)}]), complete: Python knows the catalogue.
+rille::EffectRow effect_from(const nb::tuple& row, const rille::Rover& rover) {
+  rille::EffectRow effect;
+  effect.kind = nb::cast<std::string>(row[0]);
+  const auto target = nb::cast<std::string>(row[1]);
+  effect.target_name = nb::cast<std::string>(row[2]);
+  for (const auto& [key, value] : nb::cast<nb::dict>(row[3])) effect.parameters[nb::cast<std::string>(key)] = nb::cast<double>(value);
+  if (row.size() > 4) {
+    effect.formula = nb::cast<std::string>(row[4]);
+    effect.output = nb::cast<std::string>(row[5]);
+    for (const auto& [key, value] : nb::cast<nb::dict>(row[6])) {
+      const auto pair = nb::cast<std::pair<double, std::string>>(value);
+      effect.constants[nb::cast<std::string>(key)] = {pair.first, pair.second};
+    }
+  }
+  const auto find = [&](const auto& items) {
+    if (effect.target_name == "*") return -1;
+    for (std::size_t k = 0; k < items.size(); ++k)
+      if (items[k].name == effect.target_name) return static_cast<int>(k);
+    throw rille::InputRefused(fmt::format("the effect '{}' acts on {} '{}', which the model does not have", effect.kind, target, effect.target_name));
+  };
+  using rille::EffectTarget;
+  if (target == "wheel") effect.target = EffectTarget::wheel, effect.index = find(rover.wheels);
+  else if (target == "joint") effect.target = EffectTarget::joint, effect.index = find(rover.joints);
+  else if (target == "body") effect.target = EffectTarget::body, effect.index = find(rover.bodies);
+  else if (target == "sensor") effect.target = EffectTarget::sensor, effect.index = find(rover.sensors);
+  else effect.target = target == "terrain" ? EffectTarget::terrain : EffectTarget::world;
+  return effect;
+}
+
+std::vector<rille::EffectRow> effects_from(const nb::list& rows, const rille::Rover& rover) {
+  std::vector<rille::EffectRow> effects;
+  for (const auto& row : rows) effects.push_back(effect_from(nb::cast<nb::tuple>(row), rover));
+  return effects;
+}
+
+// Time, pose of the root's principal frame, joint positions and velocities as one row.
+std::vector<double> motion_row(Simulation& simulation) {
+  const rille::MechanismState m = simulation.motion();
+  std::vector<double> row = {simulation.time(), m.base_position.x(), m.base_position.y(), m.base_position.z(),
+                             m.base_rotation.x(), m.base_rotation.y(), m.base_rotation.z(), m.base_rotation.w()};
+  row.insert(row.end(), m.joint_position.data(), m.joint_position.data() + m.joint_position.size());
+  row.insert(row.end(), m.velocity.data(), m.velocity.data() + m.velocity.size());
+  return row;
+}
+
+void start_from_row(Simulation& simulation, const double* row, std::size_t size) {
+  rille::MechanismState m = simulation.motion();
+  const auto n_q = static_cast<std::size_t>(m.joint_position.size()), n_v = static_cast<std::size_t>(m.velocity.size());
+  if (size != 8 + n_q + n_v)
+    throw rille::InputRefused(fmt::format("a motion has {} numbers; this model needs {}", size, 8 + n_q + n_v));
+  for (std::size_t k = 0; k < size; ++k)
+    if (!std::isfinite(row[k])) throw rille::InputRefused(fmt::format("number {} of a motion is not finite", k));
+  m.base_position = {row[1], row[2], row[3]};
+  m.base_rotation = Eigen::Quaterniond(row[7], row[4], row[5], row[6]);
+  std::copy(row + 8, row + 8 + n_q, m.joint_position.data());
+  std::copy(row + 8 + n_q, row + size, m.velocity.data());
+  simulation.start_at(row[0], m);
+}
+
+using Channels = std::vector<std::tuple<std::string, std::string, int>>;  // quantity, target, component
+
+std::vector<std::pair<rille::Quantity, int>> quantities(const rille::Rover& rover, const Channels& channels) {
+  std::vector<std::pair<rille::Quantity, int>> made;
+  for (const auto& [quantity, target, component] : channels) {
+    made.emplace_back(rille::Quantity(rover, quantity, target, false, "channel '" + quantity + "'"), component);
+    if (component < 0 || component >= made.back().first.size())
+      throw rille::InputRefused(fmt::format("channel {} of '{}' has no component {}", quantity, target, component));
+  }
+  return made;
+}
+
+// Values of the channels after every `every` steps; NaN once the run has ended.
+void sample(Simulation& simulation, std::vector<std::pair<rille::Quantity, int>>& channels, long long n_steps, long long every, double* out) {
+  rille::Outcome outcome = simulation.outcome();
+  for (long long k = 1; k <= n_steps; ++k) {
+    if (outcome == rille::Outcome::running) outcome = simulation.step(false);
+    if (k % every != 0) continue;
+    for (auto& [quantity, component] : channels)
+      *out++ = outcome == rille::Outcome::running ? simulation.read(quantity)[static_cast<std::size_t>(component)] : std::nan("");
+  }
+}
+
+nb::ndarray<nb::numpy, double> windows(const std::vector<rille::Model*>& models, const nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>& motions,
+                                       long long n_steps, long long every, const Channels& channels, int threads) {
+  if (n_steps < 1 || every < 1) throw rille::InputRefused("windows need n_steps and every of at least 1");
+  const std::size_t n_windows = motions.shape(0), size = motions.shape(1), n_samples = static_cast<std::size_t>(n_steps / every);
+  const std::size_t per_window = n_samples * channels.size(), n_tasks = models.size() * n_windows;
+  auto* kept = new std::vector<double>(n_tasks * per_window);
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+  const double* rows = motions.data();
+  {
+    nb::gil_scoped_release release;
+    std::atomic<std::size_t> next = 0;
+    std::exception_ptr failure;
+    std::mutex lock;
+    const auto work = [&] {
+      try {
+        std::size_t current = models.size();
+        std::optional<Simulation> simulation;
+        for (std::size_t task = next++; task < n_tasks; task = next++) {
+          // Each window starts from a simulation that was never stepped, so that its result does not depend on which thread ran what before.
+          current = task / n_windows;
+          simulation.emplace(*models[current]);
+          start_from_row(*simulation, rows + (task % n_windows) * size, size);
+          auto read = quantities(models[current]->rover, channels);
+          sample(*simulation, read, n_steps, every, kept->data() + task * per_window);
+        }
+      } catch (...) {
+        const std::lock_guard guard(lock);
+        failure = std::current_exception();
+        next = n_tasks;
+      }
+    };
+    std::size_t n = threads > 0 ? static_cast<std::size_t>(threads) : std::max(1U, std::thread::hardware_concurrency());
+    n = std::max<std::size_t>(1, std::min(n, n_tasks));
+    std::vector<std::thread> pool;
+    for (std::size_t k = 1; k < n; ++k) pool.emplace_back(work);
+    work();
+    for (std::thread& thread : pool) thread.join();
+    if (failure) std::rethrow_exception(failure);
+  }
+  return nb::ndarray<nb::numpy, double>(kept->data(), {models.size(), n_windows, n_samples, channels.size()}, owner);
 }
 
 rille::Soil soil_from(const nb::dict& values) {
@@ -56,6 +201,7 @@ rille::Soil soil_from(const nb::dict& values) {
   soil.peak_angle_slip = number("peak_angle_slip");
   soil.exit_sinkage_ratio = number("exit_sinkage_ratio");
   if (values.contains("unit_weight")) soil.unit_weight = number("unit_weight");
+  soil.damping = values.contains("damping") ? number("damping") : 3e4;
   if (values.contains("reece_cohesive_modulus") && !values["reece_cohesive_modulus"].is_none())
     soil.reece_cohesive_modulus = number("reece_cohesive_modulus");
   if (values.contains("reece_frictional_modulus") && !values["reece_frictional_modulus"].is_none())
@@ -87,14 +233,9 @@ NB_MODULE(_solver, module) {
   module.def(
       "wheel_under_load",
       [](const std::string& law, const nb::dict& soil_values, double radius, double width, double load, double slip_ratio) {
-        const std::map<std::string, rille::WheelSoilLaw> laws = {{"bekker", rille::WheelSoilLaw::bekker},
-                                                                 {"bekker_wong", rille::WheelSoilLaw::bekker_wong},
-                                                                 {"reece", rille::WheelSoilLaw::reece}};
-        if (!laws.contains(law))
-          throw rille::InputRefused(fmt::format("the wheel-soil law '{}' is unknown; known: bekker, bekker_wong, reece", law));
         const rille::Soil soil = soil_from(soil_values);
         const double travel = slip_ratio >= 0 ? 1 - slip_ratio : 1 / std::max(1 + slip_ratio, 1e-3);
-        const auto found = rille::sinkage_under_load(laws.at(law), soil, {radius, width}, {0, slip_ratio, travel, 0}, load);
+        const auto found = rille::sinkage_under_load(law_from(law), soil, {radius, width}, {0, slip_ratio, travel, 0}, load);
         if (!found.found)
           throw rille::InputRefused(fmt::format("a wheel of radius {:g} m and width {:g} m sinks to its axle before the soil carries {:g} N", radius,
                                                 width, load));
@@ -113,20 +254,150 @@ NB_MODULE(_solver, module) {
       "soil: dict of the columns of table soil (SI), and unit_weight [N/m^3] for Reece moduli. Raises rille.model.InputRefused if the\n"
       "soil does not carry the load. Source: Wong & Reece 1967, eqs 3-9; see solver/src/physics/wheel_soil.hpp.");
 
+  module.def("known_effects", &rille::known_effects, "Names of the effects that this solver has.");
+  module.def(
+      "bench",
+      [](const std::string& law, const nb::dict& soil, const nb::dict& wheel,
+         const nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>& cases, const std::string& method, const nb::list& effects,
+         double speed, double step, double longest, int threads) {
+        rille::require_double_precision();
+        if (cases.shape(1) != 3) throw rille::InputRefused("bench cases need three columns: load [N], slip ratio, slip angle [rad]");
+        if (method != "quasi_static" && method != "dynamic")
+          throw rille::InputRefused(fmt::format("the method of a bench is '{}'; use quasi_static or dynamic", method));
+        rille::Bench rig;
+        rig.wheel.name = "wheel";
+        rig.wheel.radius = nb::cast<double>(wheel["radius"]);
+        rig.wheel.width = nb::cast<double>(wheel["width"]);
+        if (wheel.contains("grouser_count")) rig.wheel.grouser_count = nb::cast<int>(wheel["grouser_count"]);
+        if (wheel.contains("grouser_height")) rig.wheel.grouser_height = nb::cast<double>(wheel["grouser_height"]);
+        rig.soils = {soil_from(soil)};
+        rille::Rover rover;
+        rover.wheels = {rig.wheel};
+        rig.effects = effects_from(effects, rover);
+        for (rille::EffectRow& effect : rig.effects) effect.index = -1;
+        rig.speed = speed;
+        rig.step = step;
+        rig.longest = longest;
+        std::vector<rille::BenchCase> list;
+        for (std::size_t k = 0; k < cases.shape(0); ++k) list.push_back({0, law_from(law), cases(k, 0), cases(k, 1), cases(k, 2)});
+        const rille::BenchMethod how = method == "dynamic" ? rille::BenchMethod::dynamic : rille::BenchMethod::quasi_static;
+        std::vector<rille::BenchPoint> points;
+        {
+          nb::gil_scoped_release release;
+          points = rille::run_bench(rig, list, how, threads);
+        }
+        std::vector<double> values;
+        std::vector<std::string> status;
+        for (const rille::BenchPoint& p : points) {
+          values.insert(values.end(), {p.sinkage, p.drawbar_pull, p.side_force, p.drive_torque, p.normal_load, p.entry_angle, p.peak_angle, p.exit_angle});
+          status.emplace_back(word(p.status));
+        }
+        return nb::make_tuple(array(std::move(values), points.size(), 8), status);
+      },
+      "law"_a, "soil"_a, "wheel"_a, "cases"_a, "method"_a = "quasi_static", "effects"_a = nb::list(), "speed"_a = 0.05, "step"_a = 1e-3,
+      "longest"_a = 60.0, "threads"_a = 0,
+      "Single-wheel bench. cases: (n, 3) load [N], slip ratio [-], slip angle [rad]. wheel: radius, width [m], grouser_count, grouser_height [m].\n\n"
+      "Returns (n, 8) sinkage [m], drawbar_pull, side_force [N], drive_torque [N m], normal_load [N], entry, peak and exit angle [rad]\n"
+      "(angles: quasi_static only), and n words: done, not_carried, not_settled. See solver/src/simulate/bench.hpp.");
+  module.def("windows", &windows, "models"_a, "motions"_a, "n_steps"_a, "every"_a, "channels"_a, "threads"_a = 0,
+             "Short simulations in batch, over threads. motions: (n_windows, 8 + n_q + n_v), rows of Simulation.motion(); channels: list of\n"
+             "(quantity, target, component). Returns (n_models, n_windows, n_steps // every, n_channels), NaN after a run has ended.\n"
+             "The same numbers for any number of threads.");
+
+  nb::class_<rille::Model>(module, "Model",
+                           "A model in memory: read once, changed without reading again.\n\n"
+                           "Model(path, scenario=None, step=None). Raises rille.model.InputRefused.")
+      .def("__init__",
+           [](rille::Model* self, const std::string& path, const std::optional<std::string>& scenario, const std::optional<double>& step) {
+             new (self) rille::Model(load(path, scenario, step));
+           },
+           "path"_a, "scenario"_a = nb::none(), "step"_a = nb::none())
+      .def("copy", [](const rille::Model& m) { return rille::Model(m); }, "An independent copy; heights are shared.")
+      .def("get", [](rille::Model& m, const std::string& name) { return rille::parameter(m, name); }, "name"_a, "Value of a parameter [SI].")
+      .def("set", [](rille::Model& m, const std::string& name, double value) {
+             if (!std::isfinite(value)) throw rille::InputRefused(fmt::format("the parameter '{}' is set to {}; give a finite value", name, value));
+             rille::parameter(m, name) = value;
+           }, "name"_a, "value"_a, "Set a parameter [SI]; simulations made from now on have it.")
+      .def("parameters",
+           [](rille::Model& m) {
+             nb::dict all;
+             for (const auto& [name, place] : rille::parameters(m)) all[name.c_str()] = *place;
+             return all;
+           },
+           "Every parameter by name with its value [SI].")
+      .def("set_effects", [](rille::Model& m, const nb::list& rows) { m.effects = effects_from(rows, m.rover); }, "rows"_a,
+           "Replace the effects: (kind, target kind, target, {parameter: value}); rille.simulate.effect_rows makes them.")
+      .def_prop_ro("step", [](const rille::Model& m) { return m.scenario.step; }, "Time step [s].")
+      .def_prop_ro("duration", [](const rille::Model& m) { return m.scenario.duration; }, "Duration of the scenario [s].")
+      .def_prop_ro("drive_names", [](const rille::Model& m) { return names(m.rover.drives); }, "Order of drives.");
+
   nb::class_<Simulation>(module, "Simulation",
                          "One run in memory.\n\n"
                          "Simulation(path, scenario=None, step=None): reads model and scenario (by name; None: the only one)\n"
                          "from a database; step [s] overrides the scenario's. Raises rille.model.InputRefused.")
       .def("__init__",
            [](Simulation* self, const std::string& path, const std::optional<std::string>& scenario,
-              const std::optional<double>& step) { new (self) Simulation(make(path, scenario, step)); },
+              const std::optional<double>& step) { new (self) Simulation(load(path, scenario, step)); },
            "path"_a, "scenario"_a = nb::none(), "step"_a = nb::none())
+      .def("__init__", [](Simulation* self, const rille::Model& model) { new (self) Simulation(model); }, "model"_a)
+      .def("save", [](Simulation& s) { const std::string state = s.save(); return nb::bytes(state.data(), state.size()); },
+           "The complete state as bytes: a simulation of the same model that restores them goes on bit by bit as this one.")
+      .def("restore", [](Simulation& s, const nb::bytes& state) { s.restore(std::string(state.c_str(), state.size())); }, "state"_a,
+           "Take over a saved state. Raises rille.model.InputRefused for a state of another model.")
+      .def("motion", [](Simulation& s) { auto row = motion_row(s); const std::size_t n = row.size(); return array(std::move(row), 1, n); },
+           "Shape (1, 8 + n_q + n_v): time, root position and quaternion x y z w of its principal frame, joint positions, velocities.")
+      .def("start_at", [](Simulation& s, const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& row) {
+             start_from_row(s, row.data(), row.shape(0));
+           }, "motion"_a, "Go on from a row of motion(), with everything that is not motion at rest.")
+      .def("command", [](Simulation& s, const std::string& drive, double value) {
+             const auto& drives = s.model().rover.drives;
+             for (std::size_t d = 0; d < drives.size(); ++d)
+               if (drives[d].name == drive) return s.command(static_cast<int>(d), value);
+             throw rille::InputRefused(fmt::format("the model has no drive '{}'", drive));
+           }, "drive"_a, "value"_a, "Give a drive a set value now [rad/s, rad or N m].")
+      .def("sample", [](Simulation& s, long long n_steps, long long every, const Channels& channels) {
+             if (n_steps < 1 || every < 1) throw rille::InputRefused("sample needs n_steps and every of at least 1");
+             auto read = quantities(s.model().rover, channels);
+             std::vector<double> values(static_cast<std::size_t>(n_steps / every) * channels.size());
+             {
+               nb::gil_scoped_release release;
+               sample(s, read, n_steps, every, values.data());
+             }
+             return array(std::move(values), static_cast<std::size_t>(n_steps / every), channels.size());
+           }, "n_steps"_a, "every"_a, "channels"_a,
+           "Advance n_steps and read channels, (quantity, target, component), after every so many: shape (n_steps // every, n_channels).")
+      .def("inverse_dynamics", [](Simulation& s, const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& acceleration) {
+             const Eigen::Map<const Eigen::VectorXd> a(acceleration.data(), static_cast<Eigen::Index>(acceleration.shape(0)));
+             const Eigen::VectorXd effort = s.inverse_dynamics(a);
+             return array(std::vector<double>(effort.data(), effort.data() + effort.size()), 1, static_cast<std::size_t>(effort.size()));
+           }, "acceleration"_a,
+           "Efforts (1, n_v) that would give the accelerations (n_v) in the present state, with the last step's forces of soil and contacts.")
+      .def("reactions", [](const Simulation& s) {
+             std::vector<double> v;
+             const auto snapshot = s.snapshot();
+             for (const auto& r : snapshot.reactions) v.insert(v.end(), {r.force.x(), r.force.y(), r.force.z(), r.torque.x(), r.torque.y(), r.torque.z()});
+             return array(std::move(v), snapshot.reactions.size(), 6);
+           }, "Shape (n_joints, 6): force [N] and torque [N m] of the carrier on the carried body about the joint's point, in W.")
+      .def("energy_balance", [](const Simulation& s) {
+             const rille::EnergyState e = s.snapshot().energy;
+             nb::dict d;
+             d["kinetic"] = e.kinetic; d["potential"] = e.potential; d["drive_work"] = e.drive_work; d["soil_loss"] = e.soil_loss;
+             d["joint_loss"] = e.joint_loss; d["contact_loss"] = e.contact_loss; d["external_work"] = e.external_work; d["residual"] = e.residual;
+             return d;
+           }, "Energies since t = 0 [J], as in table energy_state.")
+      .def("closure_error", &Simulation::largest_closure_error, "Largest distance [m] of points that a loop_closure holds together.")
+      .def("events", [](Simulation& s) {
+             nb::list list;
+             for (const auto& e : s.take_events()) list.append(nb::make_tuple(e.time, e.kind, e.subject, e.message));
+             return list;
+           }, "Events since the last call: (time [s], kind, subject, sentence).")
+      .def_prop_ro("n_v", [](Simulation& s) { return s.mechanism().dofs(); }, "Length of the generalised velocity.")
       .def("settle", [](Simulation& s) { return std::string(word(s.settle())); }, nb::call_guard<nb::gil_scoped_release>(),
            "Come to rest with drives held, for at most the scenario's settle_time. Returns the outcome.")
       .def("step",
            [](Simulation& s, long long count) {
              rille::Outcome outcome = s.outcome();
-             for (long long k = 0; k < count && outcome == rille::Outcome::running; ++k) outcome = s.step();
+             for (long long k = 0; k < count && outcome == rille::Outcome::running; ++k) outcome = s.step(k + 1 == count);
              return std::string(word(outcome));
            },
            "count"_a = 1, nb::call_guard<nb::gil_scoped_release>(),

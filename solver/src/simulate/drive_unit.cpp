@@ -18,6 +18,8 @@ DriveUnit::DriveUnit(const Drive& drive, int dof, const JointEffects& joint_effe
 
 void DriveUnit::start(double position) {
   motor_angle_ = position;
+  motor_speed_ = integral_ = 0;
+  lag_started_ = false;
   if (drive_->mode == DriveMode::position) set_value_ = lagged_ = position;
 }
 

@@ -533,6 +533,32 @@ void Simulation::restore(const std::string& bytes) {
   mechanism_.update_kinematics();
 }
 
+void Simulation::start_at(double time, const MechanismState& motion) {
+  mechanism_.set_state(motion);
+  mechanism_.update_kinematics();
+  mechanism_.update_mass_matrix();
+  steps_ = std::llround(time / model_->scenario.step);
+  next_command_ = 0;
+  for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
+  read_commands();
+  for (std::size_t b = 0; b < effects_->bodies.size(); ++b)
+    for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
+  work_ = {};
+  potential_at_start_ = mechanism_.potential_energy();
+  energy_at_start_ = mechanism_.kinetic_energy();
+  outcome_ = Outcome::running;
+  message_.clear();
+  events_.clear();
+  holding_ = false;
+}
+
+std::vector<double> Simulation::read(Quantity& quantity) const {
+  mechanism_.update_kinematics();
+  const std::vector<JointState> joints = joint_states();
+  const std::vector<WheelState> wheels = wheel_states();
+  return quantity.read({model_.get(), &mechanism_, &joints, &wheels, model_->scenario.step});
+}
+
 Eigen::VectorXd Simulation::inverse_dynamics(const VectorXd& acceleration) {
   if (acceleration.size() != mechanism_.dofs())
     throw InputRefused(fmt::format("the accelerations have {} numbers; the model has {} degrees of freedom", acceleration.size(), mechanism_.dofs()));

@@ -44,6 +44,15 @@ class Simulation {
   // Raises InputRefused for bytes of another model.
   void restore(const std::string& bytes);
 
+  // Motion alone: what a smoother knows. A simulation that is put there starts afresh in everything else: commands up to that time are
+  // given, integrals and transmissions are at rest, effects begin.
+  MechanismState motion() { return mechanism_.state(); }
+  void start_at(double time, const MechanismState& motion);
+  // Gives a drive a set value now, as a command would.
+  void command(int drive, double value) { drives_[static_cast<std::size_t>(drive)].set(value); }
+  // The quantity of the vocabulary as of now; see quantity.hpp.
+  std::vector<double> read(Quantity& quantity) const;
+
   // Effort at every hinge and prismatic joint (n, first six: force on the root) that would give the accelerations (n) in the present
   // state, with the forces of soil and contacts of the last step.
   Eigen::VectorXd inverse_dynamics(const Eigen::VectorXd& acceleration);

@@ -1,0 +1,51 @@
+"""Effects: physics beyond the base model, and faults of sensors. The catalogue is ``schema/effects.sql``."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectParameter:
+    """A number of a law. amplitude : the effect vanishes where all such parameters are 0.
+
+    lower, upper : bounds; typical : usual value, and default of what is no amplitude; spread : 1 sigma around it; all in ``unit``.
+    """
+
+    name: str
+    unit: str
+    amplitude: bool
+    lower: float
+    upper: float
+    typical: float
+    spread: float
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectKind:
+    """A law of the catalogue. target : wheel, joint, body, sensor, terrain, world or any. passive : can only take energy out.
+
+    channel : quantities that can reveal it. equation, meaning, source : in words.
+    """
+
+    name: str
+    family: str
+    target: str
+    passive: bool
+    channel: str
+    equation: str
+    meaning: str
+    source: str
+    parameters: tuple[EffectParameter, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """A law at work in a model. target : name of what it acts on, ``*`` = every one. parameters : SI; absent amplitudes are 0.
+
+    An ``expression`` also has ``formula``, ``output``, ``constants`` (name -> [value, unit]) and ``target_kind`` among its parameters.
+    """
+
+    kind: str
+    target: str = "*"
+    parameters: Mapping[str, object] = field(default_factory=dict)
