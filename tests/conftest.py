@@ -1,9 +1,13 @@
 """Fixtures shared by all tests."""
 
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+
+from rille import store
+from rille.model import Effect, Rover, Scenario, Terrain
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -21,3 +25,21 @@ def rille_data() -> Path:
     if not path.is_dir():
         pytest.skip(f"real data absent: set RILLE_DATA to the folder that holds data/ and reference/ (looked at {path})")
     return path
+
+
+@pytest.fixture
+def make_model(tmp_path: Path) -> Callable[..., Path]:
+    """Write rover, scenario, (optional) terrain and effects into a fresh database and return its path: the way that users take."""
+    count = iter(range(1000))
+
+    def make(rover: Rover, scenario: Scenario, terrain: Terrain | None = None, effects: Sequence[Effect] = ()) -> Path:
+        path = tmp_path / f"model{next(count)}.db"
+        store.create(path)
+        store.write_rover(path, rover)
+        if terrain is not None:
+            store.write_terrain(path, terrain)
+        store.write_scenario(path, scenario)
+        store.write_effects(path, effects)
+        return path
+
+    return make

@@ -104,14 +104,14 @@ def random_soil(random):
     """Any soil that table `soil` allows in practice."""
     return replace(
         LUNAR_SOIL,
-        sinkage_exponent=random.uniform(0.6, 1.6),
+        sinkage_exponent=random.uniform(0.4, 2.5),
         cohesive_modulus=random.uniform(0, 5e4),
         frictional_modulus=10 ** random.uniform(5, 6.7),
         cohesion=random.uniform(10, 2000),
         reece_cohesive_modulus=random.uniform(0, 200),
         reece_frictional_modulus=random.uniform(10, 100),
         friction_angle=np.radians(random.uniform(20, 42)),
-        shear_modulus=10 ** random.uniform(-2.1, -1.3),
+        shear_modulus=10 ** random.uniform(-2.3, -1.3),
         peak_angle_offset=random.uniform(0.2, 0.5),
         peak_angle_slip=random.uniform(0.0, 0.3),
         exit_sinkage_ratio=random.choice([0.0, random.uniform(0.05, 1.0)]),
@@ -120,15 +120,19 @@ def random_soil(random):
 
 @pytest.mark.parametrize("law", ["bekker", "bekker_wong", "reece"])
 def test_random_soils_wheels_and_slips_against_adaptive_quadrature(law):
-    """40 random cases a law, driven and braked. Measured over several draws: 7e-6 of the load driven, 4e-4 braked, where the
-    shear changes its sign inside the contact and leaves a kink in no fixed place, which a rule of fixed points cannot meet better."""
+    """334 random cases a law, driven and braked, slips -0.95 to 1, exponents 0.4 to 2.5.
+
+    The rule is split where the shear of a braked wheel changes its sign and where layers are thinner than its points; what remains is
+    the root of the stress at the ends of the contact for exponents below 1. Errors count against the largest force: a wheel that is braked
+    hard is pulled into weak soil by shear that nearly cancels its load.
+    """
     random = np.random.default_rng(12)
     worst = {"driven": 0.0, "braked": 0.0}
-    for _ in range(40):
+    for _ in range(334):
         soil = random_soil(random)
         r = random.uniform(0.06, 0.4)
         b = random.uniform(0.3, 1.2) * r
-        slip = float(np.round(random.uniform(-0.9, 0.9), 3))
+        slip = float(np.round(random.uniform(-0.95, 1.0), 3))
         load = textbook("bekker", soil, r, b, random.uniform(0.02, 0.25) * r, 0.0)[0]
         try:
             got = wheel_under_load(law, asdict(soil) | {"unit_weight": UNIT_WEIGHT}, r, b, load, slip)
@@ -137,12 +141,12 @@ def test_random_soils_wheels_and_slips_against_adaptive_quadrature(law):
                 brentq(lambda z, s=soil, r=r, b=b, slip=slip, w=load: textbook(law, s, r, b, z, slip)[0] - w, 1e-9 * r, r)
             continue
         normal, pull, torque = textbook(law, soil, r, b, got["sinkage"], slip)
-        error = max(abs(normal - load), abs(pull - got["drawbar_pull"]), abs(torque - got["drive_torque"]) / r) / load
+        error = max(abs(normal - load), abs(pull - got["drawbar_pull"]), abs(torque - got["drive_torque"]) / r) / max(load, abs(pull))
         key = "driven" if slip >= 0 else "braked"
         worst[key] = max(worst[key], error)
     print(f"{law}: worst error over the load {worst}")
-    assert worst["driven"] < 2e-5
-    assert worst["braked"] < 1e-3
+    assert worst["driven"] < 1e-5
+    assert worst["braked"] < 1e-5
 
 
 def test_reece_with_bekker_moduli_equals_bekker_wong_and_scales_otherwise():

@@ -101,7 +101,8 @@ def test_kill_in_mid_run_loses_at_most_the_open_chunk(model):
         ("UPDATE drive SET max_torque = -3", "max_torque"),
         ("UPDATE scenario SET start_x = -500", "outside"),
         (
-            "INSERT INTO obstacle (terrain_id, name, kind, x, y, z, size_x, size_y, size_z) VALUES (1, 'boulder', 'box', 0.5, 0.4, 0.1, 1, 1, 1)",
+            "INSERT INTO obstacle (terrain_id, name, kind, x, y, z, size_x, size_y, size_z) "
+            "VALUES (1, 'boulder', 'box', 0.5, 0.4, 0.1, 1, 1, 1)",
             "inside obstacle 'boulder'",
         ),
         ("INSERT INTO effect VALUES (1, (SELECT id FROM effect_kind WHERE name = 'slip_sinkage'), 'wheel_x', '{}')", "wheel_x"),

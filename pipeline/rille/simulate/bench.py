@@ -92,7 +92,7 @@ def bench(
     ------
     InputRefused : for values that no rig could run.
     """
-    from rille import _solver
+    from rille import _solver  # pyright: ignore[reportAttributeAccessIssue]
 
     grid = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (load, slip_ratio, slip_angle)))
     cases = np.ascontiguousarray(np.column_stack(grid))

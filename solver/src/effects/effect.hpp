@@ -69,7 +69,7 @@ struct JointFriction {
 struct DriveLine {
   double lag = 0;                     // [s] time constant of the set value
   double inverse_no_load_speed = 0;   // [s/rad] 1/w_0 of the torque-speed line
-  double sag = 0;                     // [-] fraction of the supply that is lost when all drives give their largest effort
+  double sag = 0;                     // [-] fraction of the supply that is lost at the largest effort
   double compliance = 0;              // [rad/(N m)] between motor and joint
   double damping = 0;                 // [N m s/rad] of the same
   double gap = 0;                     // [rad] full play between motor and joint

@@ -1,6 +1,7 @@
-// Supply sag: the bus voltage falls with the current of all drives, and speeds and largest efforts with it:
-//   factor = 1 - sag x mean over drives of |effort| / max_torque   (of the last step)
-// Source: internal resistance of a battery, V = V_0 - R I, with I in proportion to effort.
+// Supply sag: the voltage at a drive falls with its current, and its speed and largest effort with it:
+//   w = set speed (1 - sag tau/max_torque),   |tau| <= max_torque/(1 + sag)
+// A speed drive takes it implicitly, as a compliance in series with its servo. Source: internal resistance of a supply, V = V_0 - R I,
+// with I in proportion to the effort.
 #include "effects/effect.hpp"
 
 namespace rille::effects {

@@ -1,6 +1,7 @@
 // Soil that was packed before: below its old surface it is stiff until it meets the pressure that packed it.
 //   z <= z_u:  p = k_u (z - z_e),  z_e = z_u - p_u/k_u    unloading and reloading line
 //   z >  z_u:  p = p_virgin(z)
+// What was loaded elastically comes back behind the wheel: the exit ratio is at least p(z) / (k_u z), 1 while the rut is not deepened.
 // z_u: depth it was packed to, p_u = p_virgin(z_u), k_u: stiffness of the line, never less than the secant p_u/z_u.
 // Source: J. Y. Wong, "Theory of Ground Vehicles" (2008), ch. 2.4.2, response to repetitive loading.
 #pragma once
@@ -19,6 +20,8 @@ class PackedPressure {
   }
 
   double rebound_depth() const { return rebound_; }           // [m] z_e: where the unloaded rut's floor lies
+  // lambda of theta_r = -acos(1 - lambda z/r) at a sinkage [m] below the floor
+  double exit_ratio(double sinkage) const { return std::min(1.0, (*this)(sinkage) / (stiffness_ * sinkage)); }
   double kink() const { return depth_ - rebound_; }           // [m] above the floor, where the virgin curve is met
   // [Pa] at a depth [m] below the floor
   double operator()(double depth) const {

@@ -211,7 +211,9 @@ SoilReaction react_with(const Pressure& virgin, const Soil& soil, const WheelSha
   const PackedPressure packed(virgin, soil.packed_depth, soil.packed_stiffness);
   const double sinkage = motion.sinkage - packed.rebound_depth();
   if (sinkage <= 0) return {};
-  Integrals integrals(packed, soil, wheel, motion, angles_of(soil, wheel, sinkage, motion.slip_ratio, one_zone));
+  Soil springy = soil;
+  springy.exit_sinkage_ratio = std::max(soil.exit_sinkage_ratio, packed.exit_ratio(sinkage));
+  Integrals integrals(packed, springy, wheel, motion, angles_of(springy, wheel, sinkage, motion.slip_ratio, one_zone));
   integrals.split_at_kink(packed.kink());
   integrals.integrate();
   return integrals.reaction(wheel.width);

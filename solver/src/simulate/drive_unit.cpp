@@ -31,7 +31,7 @@ double DriveUnit::set_speed(double value, double position, double h, bool hold) 
   return speed;
 }
 
-bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, double supply, RowSet& rows, Eigen::VectorXd& effort) {
+bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSet& rows, Eigen::VectorXd& effort) {
   first_row_ = -1;
   n_rows_ = 0;
   given_effort_ = 0;
@@ -44,21 +44,22 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, doubl
   }
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
   if (line_.compliance > 0 || line_.gap > 0) {
-    open_transmission(mechanism, h, hold, value, supply, rows);
+    open_transmission(mechanism, h, hold, value, rows);
     return true;
   }
   if (torque_mode) {
-    const double most = supply * drive_->max_torque;
+    const double most = largest_effort();
+    value /= 1 + line_.sag * std::abs(value) / drive_->max_torque;
     const double back_emf = drive_->max_torque * line_.inverse_no_load_speed * mechanism.velocity()[dof_];
     given_effort_ = std::clamp(value, -most - back_emf, most - back_emf);
     effort[dof_] += given_effort_;
     return false;
   }
-  open_servo(mechanism, h, supply * set_speed(value, mechanism.joint_position(drive_->joint), h, hold), supply, rows);
+  open_servo(mechanism, h, set_speed(value, mechanism.joint_position(drive_->joint), h, hold), rows);
   return true;
 }
 
-void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, double supply, RowSet& rows) {
+void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, RowSet& rows) {
   const auto open = [&](double weight) -> Row& {
     const int row = rows.open(RowKind::drive);
     if (n_rows_ == 0) first_row_ = row;
@@ -68,15 +69,20 @@ void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, d
     return rows[row];
   };
   target_speed_ = speed;
-  const double most = h * supply * drive_->max_torque;
+  const double most = h * largest_effort();
+  // Sag: the speed falls in proportion to the effort, w = speed (1 - sag tau/max_torque), a compliance in series with the servo.
+  const auto sagging = [&](double weight) {
+    const double droop = line_.sag * std::abs(speed) / (h * drive_->max_torque);  // [speed per impulse]
+    return weight / (1 + weight * droop);
+  };
   if (drive_->speed_gain) {
     const double gain = *drive_->speed_gain + h * drive_->integral_gain;
-    Row& row = open(h * gain);
+    Row& row = open(sagging(h * gain));
     row.target = speed + drive_->integral_gain * integral_ / gain;
     row.lower = -most;
     row.upper = most;
   } else {
-    Row& row = open(kRigidity * mechanism.mass_matrix()(dof_, dof_));
+    Row& row = open(sagging(kRigidity * mechanism.mass_matrix()(dof_, dof_)));
     row.target = speed;
     row.lower = -most;
     row.upper = most;
@@ -89,11 +95,12 @@ void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, d
 //   tau = k d + kk (p' - q'),  d = p - q (beyond the play),  kk = h k + c
 // A speed drive prescribes p'. A torque drive accelerates its rotor, J (p' - p'_0) = h (tau_motor - tau), so that
 //   p' = p'_free + share q',  p'_free = (J p'_0 + h tau_motor - h k d)/(J + h kk),  share = h kk/(J + h kk).
-void DriveUnit::open_transmission(const Mechanism& mechanism, double h, bool hold, double value, double supply, RowSet& rows) {
+void DriveUnit::open_transmission(const Mechanism& mechanism, double h, bool hold, double value, RowSet& rows) {
   const double stiffness = line_.compliance > 0 ? 1 / line_.compliance : 1e6;
   const double slope = h * stiffness + line_.damping;
   const double twist = motor_angle_ - mechanism.joint_position(drive_->joint);
-  const double most = supply * drive_->max_torque;
+  const double most = largest_effort();
+  const double supply = 1 - line_.sag * std::min(std::abs(effort_) / drive_->max_torque, 1.0);  // of the last step: the spring smooths it
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
   const double inertia = std::max(line_.rotor_inertia, 1e-9);
   const auto open = [&](double play, double lower, double upper) {
@@ -138,7 +145,7 @@ void DriveUnit::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, d
   if (line_.compliance > 0 || line_.gap > 0) {
     if (drive_->mode == DriveMode::torque && motor_share_ > 0) {
       // Momentum of the rotor with the torque that really went through.
-      const double torque = std::clamp(line_.lag > 0 ? lagged_ : set_value_, -drive_->max_torque, drive_->max_torque);
+      const double torque = std::clamp(line_.lag > 0 ? lagged_ : set_value_, -largest_effort(), largest_effort());
       motor_speed_ += h / std::max(line_.rotor_inertia, 1e-9) * (torque - effort_);
       motor_angle_ += h * motor_speed_;
     } else {

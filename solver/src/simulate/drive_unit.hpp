@@ -27,17 +27,15 @@ class DriveUnit {
   // The motor angle starts where the joint stands.
   void start(double position);
 
-  // Appends its rows, or adds its effort to `effort`. supply: fraction of the supply that is there. hold: stand still instead.
+  // Appends its rows, or adds its effort to `effort`. hold: stand still instead.
   // Returns whether there are rows.
-  bool open_rows(const Mechanism& mechanism, double h, bool hold, double supply, RowSet& rows, Eigen::VectorXd& effort);
+  bool open_rows(const Mechanism& mechanism, double h, bool hold, RowSet& rows, Eigen::VectorXd& effort);
   // Reads the effort back; before, after: speed of the joint at both ends of the step. count: whether work counts.
   void close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h, double before, double after, bool count);
 
   double effort() const { return effort_; }                // [N m or N] of the last step
   double work() const { return work_; }                    // [J] since t = 0
   double saturated_for() const { return saturated_for_; }  // [s]
-  double load() const { return std::abs(effort_) / drive_->max_torque; }
-  double sag() const { return line_.sag; }
   const Drive& drive() const { return *drive_; }
   void clear_work() { work_ = 0; }
   void visit(Archive& archive) {
@@ -46,8 +44,9 @@ class DriveUnit {
 
  private:
   double set_speed(double value, double position, double h, bool hold) const;
-  void open_transmission(const Mechanism& mechanism, double h, bool hold, double value, double supply, RowSet& rows);
-  void open_servo(const Mechanism& mechanism, double h, double speed, double supply, RowSet& rows);
+  double largest_effort() const { return drive_->max_torque / (1 + line_.sag); }  // tau = max_torque (1 - sag tau/max_torque)
+  void open_transmission(const Mechanism& mechanism, double h, bool hold, double value, RowSet& rows);
+  void open_servo(const Mechanism& mechanism, double h, double speed, RowSet& rows);
 
   const Drive* drive_;
   int dof_;

@@ -119,14 +119,8 @@ void Simulation::read_commands() {
 }
 
 bool Simulation::open_drive_rows(double h) {
-  double supply = 1;
-  double load = 0;
-  for (const DriveUnit& drive : drives_) load += drive.load() / static_cast<double>(drives_.size());
   bool any = false;
-  for (DriveUnit& drive : drives_) {
-    supply = drive.sag() > 0 ? std::max(1 - drive.sag() * std::min(load, 1.0), 0.05) : 1.0;
-    any = drive.open_rows(mechanism_, h, holding_, supply, rows_, effort_) || any;
-  }
+  for (DriveUnit& drive : drives_) any = drive.open_rows(mechanism_, h, holding_, rows_, effort_) || any;
   return any;
 }
 

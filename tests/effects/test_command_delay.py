@@ -1,0 +1,15 @@
+"""Every command acts later."""
+
+import numpy as np
+import pytest
+
+from effect_rigs import commanded, flywheel, sample
+from rille.model import Effect
+
+
+def test_speed_steps_after_the_delay(make_model):
+    path = make_model(flywheel(2.0, "speed"), commanded(1.5, time=0.2), None, [Effect(kind="command_delay", parameters={"delay": 0.137})])
+    w = sample(path, 1000, ("joint.velocity", "hub"))[:, 0]
+    t = 1e-3 * np.arange(1, 1001)
+    assert np.abs(w[t < 0.3365]).max() == 0
+    assert w[t > 0.3385] == pytest.approx(1.5, rel=1e-6)

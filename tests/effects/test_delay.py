@@ -1,0 +1,16 @@
+"""The sensor is late."""
+
+import numpy as np
+import pytest
+
+from effect_rigs import sensed
+from rille.model import Effect
+
+
+def test_the_reading_is_distorted_as_the_law_says(make_model):
+    """The flywheel turns at 2 rad/s, so that the angle is 2 t; the rigid servo's start costs 1e-6."""
+    times, values = sensed(make_model, Effect(kind="delay", target="encoder", parameters={"delay": 0.0437}))
+    true = 2.0 * np.arange(101) / 100
+    assert times == pytest.approx(np.arange(101) / 100, abs=1e-9)
+    # linear between steps, and the first value before anything is known
+    assert values == pytest.approx(np.maximum(0, true - 2 * 0.0437), abs=1e-5)

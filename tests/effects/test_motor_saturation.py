@@ -1,0 +1,23 @@
+"""The torque-speed line: w = w_0 (1 - exp(-tau_max t / (I w_0)))."""
+
+import numpy as np
+import pytest
+
+from effect_rigs import commanded, flywheel, sample
+from rille.model import Effect
+
+
+@pytest.mark.parametrize("mode", ["speed", "torque"])
+def test_run_up_against_the_line(make_model, mode):
+    """Both kinds of drive ask for more than there is (10 N m); first order in h, tau_max h/(I w_0) = 1.3e-3."""
+    effect = Effect(kind="motor_saturation", parameters={"inverse_no_load_speed": 0.25})
+    path = make_model(flywheel(2.0, mode, max_torque=10.0), commanded(100.0, duration=3.0), None, [effect])
+    w = sample(path, 3000, ("joint.velocity", "hub"), every=100)[:, 0]
+    t = 0.1 * np.arange(1, 31)
+    assert w == pytest.approx(4.0 * (1 - np.exp(-10.0 * t / (2.0 * 4.0))), rel=2e-3)
+
+
+def test_below_the_line_a_speed_drive_holds_its_speed(make_model):
+    effect = Effect(kind="motor_saturation", parameters={"inverse_no_load_speed": 0.25})
+    path = make_model(flywheel(2.0, "speed", max_torque=10.0), commanded(2.0), None, [effect])
+    assert sample(path, 2000, ("joint.velocity", "hub"))[-1, 0] == pytest.approx(2.0, rel=1e-6)
