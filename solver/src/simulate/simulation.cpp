@@ -71,6 +71,7 @@ Simulation::Simulation(Model model)
   mechanism_.update_kinematics();
   for (std::size_t b = 0; b < rover.bodies.size(); ++b)
     for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
+  start_accounts();
   rigid_->find(mechanism_, model_->scenario.step);
   if (const auto [overlap, sentence] = rigid_->deepest_overlap(); overlap < -kStartOverlap)
     throw InputRefused(sentence + "; move the scenario's start or the obstacle");
@@ -349,6 +350,14 @@ Outcome Simulation::advance(bool hold, bool report) {
   return outcome_;
 }
 
+void Simulation::start_accounts() {
+  mechanism_.update_kinematics();
+  mechanism_.update_mass_matrix();
+  work_ = {};
+  potential_at_start_ = mechanism_.potential_energy();
+  energy_at_start_ = mechanism_.kinetic_energy();
+}
+
 void Simulation::account(double h, const VectorXd& before, const VectorXd& after) {
   const Rover& rover = model_->rover;
   const auto& impulse = solver_.impulse();
@@ -423,11 +432,7 @@ Outcome Simulation::settle() {
          at_rest ? fmt::format("came to rest within {:.3f} s before t = 0", static_cast<double>(taken) * h)
                  : fmt::format("still moves at {:.2g} m/s or rad/s after {:g} s; a longer settle_time may help",
                                mechanism_.velocity().cwiseAbs().maxCoeff(), model_->scenario.settle_time));
-  mechanism_.update_kinematics();
-  mechanism_.update_mass_matrix();
-  work_ = {};
-  potential_at_start_ = mechanism_.potential_energy();
-  energy_at_start_ = mechanism_.kinetic_energy();
+  start_accounts();
   if (!sensors_->empty() && outcome_ == Outcome::running) {
     const std::vector<JointState> joints = joint_states();
     const std::vector<WheelState> wheels = wheel_states();
@@ -530,16 +535,13 @@ void Simulation::restore(const std::string& bytes) {
 void Simulation::start_at(double time, const MechanismState& motion) {
   mechanism_.set_state(motion);
   mechanism_.update_kinematics();
-  mechanism_.update_mass_matrix();
   steps_ = std::llround(time / model_->scenario.step);
   next_command_ = 0;
   for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
   read_commands();
   for (std::size_t b = 0; b < effects_->bodies.size(); ++b)
     for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
-  work_ = {};
-  potential_at_start_ = mechanism_.potential_energy();
-  energy_at_start_ = mechanism_.kinetic_energy();
+  start_accounts();
   outcome_ = Outcome::running;
   message_.clear();
   events_.clear();

@@ -101,6 +101,7 @@ class Simulation {
   bool solve_rows();
   Outcome fail(Outcome outcome, std::string message);
   void note(const char* kind, const std::string& subject, std::string message);
+  void start_accounts();
   void account(double h, const Eigen::VectorXd& before, const Eigen::VectorXd& after);
   void look(double h);
   std::vector<JointState> joint_states() const;

@@ -1,0 +1,129 @@
+"""The module rille._solver: models that change without reading again, states, windows in batch."""
+
+import time
+
+import numpy as np
+import pytest
+from rille._solver import Model, Simulation, windows
+
+from effect_rigs import EARTH, rows
+from machines import cart, plane
+from rille.model import Command, Effect, InputRefused, Scenario
+
+CHANNELS = [("wheel.sinkage", "wheel_front_left", 0), ("part.position", "chassis", 0), ("joint.effort", "wheel_rear_right", 0)]
+
+
+@pytest.fixture
+def path(make_model):
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=5, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, commands=commands
+    )
+    return str(make_model(rover, scenario, plane(0.05)))
+
+
+def test_a_parameter_set_in_memory_equals_one_in_the_database(path, make_model):
+    from dataclasses import replace
+
+    from machines import LUNAR_SOIL
+
+    model = Model(path)
+    assert model.get("soil.lunar_sourcebook.cohesion") == 170.0
+    model.set("soil.lunar_sourcebook.cohesion", 340.0)
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=5, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, commands=commands
+    )
+    other = make_model(rover, scenario, plane(0.05, soil=replace(LUNAR_SOIL, cohesion=340.0)))
+    answers = []
+    for simulation in (Simulation(model), Simulation(str(other))):
+        simulation.settle()
+        answers.append(simulation.sample(500, 100, CHANNELS))
+    assert np.array_equal(answers[0], answers[1])
+    with pytest.raises(InputRefused, match="no parameter"):
+        model.set("soil.lunar_sourcebook.colour", 1.0)
+    with pytest.raises(InputRefused, match="finite"):
+        model.set("soil.lunar_sourcebook.cohesion", float("nan"))
+
+
+def test_effects_in_memory_equal_effects_in_the_database(path):
+    from rille import store
+
+    effect = Effect(kind="slip_sinkage", parameters={"slip_gain": 0.5})
+    model = Model(path)
+    model.set_effects(rows(effect))
+    one = Simulation(model)
+    store.write_effects(path, [effect])
+    two = Simulation(path)
+    for simulation in (one, two):
+        simulation.settle()
+    assert np.array_equal(one.sample(500, 100, CHANNELS), two.sample(500, 100, CHANNELS))
+    assert model.get("effect.slip_sinkage.*.slip_gain") == 0.5
+
+
+def test_a_restored_state_goes_on_bit_by_bit_and_fast(path):
+    simulation = Simulation(path)
+    simulation.settle()
+    simulation.step(300)
+    state = simulation.save()
+    first = simulation.sample(200, 20, CHANNELS)
+    simulation.restore(state)
+    assert np.array_equal(first, simulation.sample(200, 20, CHANNELS))
+    started = time.perf_counter()
+    for _ in range(200):
+        simulation.restore(state)
+    assert (time.perf_counter() - started) / 200 < 5e-3  # not a benchmark: only that nothing is read again
+    with pytest.raises(InputRefused, match="checkpoint"):
+        simulation.restore(state[:-3])
+    with pytest.raises(InputRefused, match="checkpoint"):
+        simulation.restore(b"nonsense")
+
+
+def test_windows_are_the_same_on_any_number_of_threads_and_equal_single_runs(path):
+    model = Model(path)
+    simulation = Simulation(model)
+    simulation.settle()
+    motions = []
+    for _ in range(6):
+        simulation.step(150)
+        motions.append(simulation.motion()[0])
+    motions = np.array(motions)
+    changed = model.copy()
+    changed.set("soil.lunar_sourcebook.friction_angle", 0.7)
+    one, two = (windows([model, changed], motions, 100, 25, CHANNELS, threads=n) for n in (1, 2))
+    assert one.shape == (2, 6, 4, 3)
+    assert np.array_equal(one, two)
+    assert not np.array_equal(one[0], one[1])
+    alone = Simulation(changed)
+    alone.start_at(motions[3])
+    assert np.array_equal(alone.sample(100, 25, CHANNELS), one[1, 3])
+    with pytest.raises(InputRefused, match="needs"):
+        windows([model], motions[:, :-1].copy(), 10, 1, CHANNELS)
+
+
+def test_a_window_goes_on_as_the_run_did(path):
+    """Started from the motion of a steady run, a window follows it: what is not motion (sides of rows) is no state of the physics."""
+    simulation = Simulation(path)
+    simulation.settle()
+    simulation.step(1500)
+    motion = simulation.motion()
+    ahead = simulation.sample(200, 50, CHANNELS)
+    window = windows([Model(path)], motion, 200, 50, CHANNELS)[0, 0]
+    assert window == pytest.approx(ahead, rel=1e-9, abs=1e-12)
+
+
+def test_inverse_dynamics_gives_back_the_efforts(path):
+    """The accelerations of a step, put into inverse dynamics at its end, ask for the efforts of its drives.
+
+    Steady drive: states at both ends of a step of 1 ms differ by 1e-3 of what changes, so 1 % is asked for, and no force on the root.
+    """
+    simulation = Simulation(path)
+    simulation.settle()
+    simulation.step(2000)
+    effort = simulation.inverse_dynamics(np.zeros(simulation.n_v))[0]
+    joints = dict(zip(simulation.joint_names, simulation.joints(), strict=True))
+    measured = np.array([joints[name][2] for name in simulation.joint_names])
+    assert effort[6:] == pytest.approx(measured, rel=0.01, abs=0.01)
+    assert np.abs(effort[3:6]).max() < 0.02 * 20 * EARTH
