@@ -66,6 +66,35 @@ def build(
         say(f"wrote {geotiff}")
 
 
+@app.command("ruts")
+def ruts(
+    database: Annotated[Path, typer.Argument(help="Database with a run.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="GeoTIFF of the depth [m] below the undisturbed terrain.")],
+    run: Annotated[int | None, typer.Option(help="Number of the run; default: the latest.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Write the ruts of a run as a DEM layer: the largest depth that each cell was pressed to.
+
+    Example: rille terrain ruts rover.db -o ruts.tif
+    """
+    from rille import store, terrain
+    from rille.model import InputRefused
+
+    trace = store.read_trace(database, run)
+    left = store.read_ruts(database, trace.run_id)
+    name = store.read_scenario(database, trace.scenario).terrain
+    if left is None or name is None:
+        raise InputRefused(f"run {trace.run_id} of '{database}' left no ruts; it ran without soil under its wheels")
+    terrain.write_ruts(left, store.read_terrain(database, name), output)
+    facts = {"file": str(output), "run": trace.run_id, "posting_m": left.posting, "deepest_m": float(left.sinkage.max())}
+    if as_json:
+        print_json(facts)
+    else:
+        say(
+            f"wrote {output}: ruts of run {trace.run_id}, up to {1e3 * facts['deepest_m']:.1f} mm deep, cells of {1e3 * left.posting:.3g} mm"
+        )
+
+
 @app.command("list")
 def list_landforms(as_json: Json = False) -> None:
     """List the registered landforms with their drivers.

@@ -115,6 +115,27 @@ def repeatability(points: BenchPoints, response: str, stated: float | None = Non
     return Repeatability(sigma=max(0.03 * float(np.ptp(known)), 1e-9), origin="assumed")
 
 
+def _unobserved(chosen: Sequence[str], unseen: Sequence[str], jacobian: Array, covariance: Array) -> str:
+    """The sentence for parameters that the data do not observe, alone or beside others, and the test that would."""
+    shrink = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(shrink, shrink)
+    alone = 1 / np.sqrt(1 + (jacobian**2).sum(axis=0))
+    reasons = []
+    for name in unseen:
+        k = chosen.index(name)
+        if alone[k] > OBSERVED:
+            reasons.append(
+                f"{name} (interval {shrink[k]:.0%} of the prior's): it hardly moves what was measured; {PARAMETERS[name].test} would show it"
+            )
+        else:
+            others = [(abs(correlation[k, j]), chosen[j]) for j in range(len(chosen)) if j != k]
+            other = max(others)[1]
+            reasons.append(
+                f"{name} (interval {shrink[k]:.0%} of the prior's): it cannot be told from {other} here; {PARAMETERS[name].test} would separate them"
+            )
+    return f"the data do not observe {'; '.join(reasons)}; fit fewer parameters, or hold these at the prior with --keep-unobserved"
+
+
 def fit_soil(
     simulator: Simulator,
     train: BenchPoints,
@@ -146,7 +167,8 @@ def fit_soil(
             raise InputRefused(f"'{name}' is no soil parameter that can be fitted; {nearest_names(name, PARAMETERS)}")
     if len(set(names)) != len(names) or not names:
         raise InputRefused("name each soil parameter to fit once, at least one")
-    used = tuple(responses or train.known())
+    straight = not np.any(np.abs(train.slip_angle) > 1e-6)  # then side force is noise, in law and in data
+    used = tuple(responses or (r for r in train.known() if not (straight and r == "side_force")))
     for response in used:
         if response not in RESPONSES or not np.isfinite(getattr(train, response)).any():
             raise InputRefused(f"the training points have no {response}; they have {', '.join(train.known())}")
@@ -207,11 +229,7 @@ def fit_soil(
         if not unseen:
             break
         if not keep_unobserved:
-            advice = "; ".join(f"{n} needs {PARAMETERS[n].test}" for n in unseen)
-            raise InputRefused(
-                f"the data do not observe {', '.join(unseen)} (intervals of {', '.join(f'{s:.0%}' for s in shrink[shrink > OBSERVED])} of the "
-                f"prior's): {advice}; fit fewer parameters, or hold these at the prior with --keep-unobserved"
-            )
+            raise InputRefused(_unobserved(chosen, unseen, jacobian / misfit, covariance))
         worst = max(unseen, key=lambda n: shrink[chosen.index(n)])
         dropped.append(worst)
         chosen.remove(worst)

@@ -1,6 +1,6 @@
 """A run's results as arrays, one row per stored time. Column names and units are those of ``schema/schema.sql``."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,3 +99,14 @@ class Trace:
     wheels: tuple[WheelTrace, ...]
     events: tuple[Event, ...]
     energy: EnergyTrace | None = None
+
+    def until(self, time: float) -> "Trace":
+        """The run up to the stored state nearest to ``time`` [s]; events and energies are left as they are."""
+        n = int(np.argmin(np.abs(self.time - time))) + 1
+
+        def cut(item):  # type: ignore[no-untyped-def]
+            arrays = {f.name: getattr(item, f.name)[:n] for f in fields(item) if isinstance(getattr(item, f.name), np.ndarray)}
+            return replace(item, **arrays)
+
+        pieces = {name: tuple(cut(item) for item in getattr(self, name)) for name in ("bodies", "joints", "wheels")}
+        return replace(self, time=self.time[:n], **pieces)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import InputRefused, Terrain
+from rille.model import InputRefused, Ruts, Terrain
 from rille.model.grid import bilinear
 
 Array = NDArray[np.float64]
@@ -82,33 +82,48 @@ def write_geotiff(terrain: Terrain, path: Path) -> None:
     ------
     InputRefused : if the file cannot be written.
     """
+    corner = (terrain.x_west - terrain.posting_x / 2, terrain.y_north + terrain.posting_y / 2)
+    _write(terrain.heights + terrain.map_origin[2], corner, (terrain.posting_x, terrain.posting_y), terrain, path, float("nan"))
+
+
+def write_ruts(ruts: Ruts, terrain: Terrain, path: Path) -> None:
+    """Write the depth of ruts [m] as a GeoTIFF in the map coordinates of their terrain; 0 = untouched.
+
+    Raises
+    ------
+    InputRefused : if the file cannot be written.
+    """
+    corner = (ruts.x_west - ruts.posting / 2, ruts.y_north + ruts.posting / 2)
+    _write(ruts.sinkage, corner, (ruts.posting, ruts.posting), terrain, path, 0.0)
+
+
+def _write(values: Array, corner: tuple[float, float], posting: tuple[float, float], terrain: Terrain, path: Path, nodata: float) -> None:
+    """corner: north-west corner of the north-western cell [m] in W."""
     import rasterio
     from rasterio.errors import RasterioError
     from rasterio.transform import Affine
 
     path = Path(path)
-    east, north, up = terrain.map_origin
-    corner_x = east + terrain.x_west - terrain.posting_x / 2
-    corner_y = north + terrain.y_north + terrain.posting_y / 2
+    east, north, _ = terrain.map_origin
     part = path.with_name(path.name + ".part")
     try:
         with rasterio.open(
             part,
             "w",
             driver="GTiff",
-            height=terrain.heights.shape[0],
-            width=terrain.heights.shape[1],
+            height=values.shape[0],
+            width=values.shape[1],
             count=1,
             dtype="float64",
             crs=terrain.crs
             or 'ENGCRS["rille local",EDATUM["start of the scene"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]',
-            transform=Affine(terrain.posting_x, 0, corner_x, 0, -terrain.posting_y, corner_y),
-            nodata=float("nan"),
+            transform=Affine(posting[0], 0, east + corner[0], 0, -posting[1], north + corner[1]),
+            nodata=nodata,
             tiled=True,
             compress="deflate",
             predictor=3,
         ) as raster:
-            raster.write(terrain.heights + up, 1)
+            raster.write(values, 1)
         part.replace(path)
     except (RasterioError, OSError) as error:
         part.unlink(missing_ok=True)

@@ -19,7 +19,7 @@ def plot_bench(curves: Sequence[tuple[str, BenchPoints]], path: Path, measured: 
     loads = sorted({round(float(v), 6) for _, points in curves for v in points.load})
     panels = [("drawbar pull / load [-]", lambda p: p.drawbar_pull / p.load)]
     shown = [points for _, points in curves] + ([measured] if measured is not None else [])
-    if any(np.abs(np.nan_to_num(p.side_force)).max(initial=0) > 1e-9 for p in shown):
+    if any(np.abs(p.slip_angle).max(initial=0) > 1e-6 for p in shown):
         panels.append(("side force / load [-]", lambda p: p.side_force / p.load))
     panels.append(("drive torque [N m]", lambda p: p.drive_torque))
     panels.append(("sinkage [mm]", lambda p: 1e3 * p.sinkage))

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from rille.model import Rover, Terrain, Trace
 from rille.view.drawing import Camera, Drawing, Item
 from rille.view.ground import Patch, colors, crop
+from rille.view.obstacles import obstacle_items
 from rille.view.pose import rotation_matrix, to_world
 
 Array = NDArray[np.float64]
@@ -110,7 +111,8 @@ def traverse_drawings(rover: Rover, trace: Trace, terrain: Terrain) -> dict[str,
     sun /= np.linalg.norm(sun)
     ground = ground_item(patch, terrain, sun)
     tracks = track_items(rover, trace, patch)
-    everything = [ground, *tracks, *shadow_items(machine, patch, sun), *machine]
+    rocks = obstacle_items(terrain)
+    everything = [ground, *tracks, *shadow_items([*machine, *rocks], patch, sun), *rocks, *machine]
     vector = tuple(map(float, sun))
 
     def camera(forward: float, side: float, up: float, focus: Array, angle: float) -> Camera:

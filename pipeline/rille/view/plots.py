@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from rille.model import Rover, Terrain, Trace
+from rille.model import Rover, Ruts, Terrain, Trace
+from rille.view.obstacles import hull_points
 
 COLORS = ("#1b6ca8", "#d1495b", "#2a9d5c", "#e09f3e", "#7b4ea3", "#4d4d4d", "#17becf", "#bc5090")
 
@@ -90,6 +91,11 @@ def plot_map(trace: Trace, rover: Rover, terrain: Terrain, path: Path) -> None:
         axis.add_patch(Polygon(region.polygon, closed=True, facecolor="#d9822b", edgecolor="#7a3e00", alpha=0.35, linewidth=1.2))
         east, north = np.mean(region.polygon, axis=0)
         axis.annotate(f"{region.name} ({region.soil})", (east, north), fontsize=8, ha="center", color="#4a2500")
+    for obstacle in terrain.obstacles:
+        from scipy.spatial import ConvexHull
+
+        plan = hull_points(obstacle)[:, :2]
+        axis.add_patch(Polygon(plan[ConvexHull(plan).vertices], closed=True, facecolor="#3a3632", edgecolor="white", linewidth=0.6))
     for landform in terrain.landforms:
         axis.plot(landform.x, landform.y, "+", color="white", markersize=6)
         axis.annotate(landform.name, (landform.x, landform.y), xytext=(4, 4), textcoords="offset points", fontsize=8, color="white")
@@ -105,4 +111,33 @@ def plot_map(trace: Trace, rover: Rover, terrain: Terrain, path: Path) -> None:
     axis.set_ylim(y[-1], y[0])
     axis.legend(loc="lower right", fontsize=8)
     figure.colorbar(relief, ax=axis, label="height [m]", shrink=0.8)
+    figure.savefig(path)
+
+
+def plot_ruts(ruts: Ruts, terrain: Terrain, path: Path, title: str) -> None:
+    """Depth of the ruts from above, over the hill-shade of the ground around them."""
+    from matplotlib.colors import LightSource
+
+    from rille.model.grid import bilinear
+
+    touched = np.argwhere(ruts.sinkage > 0)
+    margin = 8
+    low = np.maximum(touched.min(axis=0) - margin, 0)
+    high = np.minimum(touched.max(axis=0) + margin + 1, ruts.sinkage.shape)
+    depth = ruts.sinkage[low[0] : high[0], low[1] : high[1]]
+    x = ruts.x_west + ruts.posting * np.arange(low[1], high[1])
+    y = ruts.y_north - ruts.posting * np.arange(low[0], high[0])
+    stride = max(1, max(depth.shape) // 3000)
+    depth, x, y = depth[::stride, ::stride], x[::stride], y[::stride]
+    origin, posting = (terrain.x_west, terrain.y_north), (terrain.posting_x, terrain.posting_y)
+    filled = np.where(np.isnan(terrain.heights), np.nanmin(terrain.heights), terrain.heights)
+    ground = bilinear(filled, origin, posting, x[None, :], y[:, None], clamp=True) - depth
+    figure = _figure(12.0, min(12.0, 1.4 + 11.0 * depth.shape[0] / depth.shape[1]))
+    axis = figure.subplots()
+    extent = (x[0], x[-1], y[-1], y[0])
+    step = ruts.posting * stride
+    axis.imshow(LightSource(azdeg=315, altdeg=28).hillshade(ground, dx=step, dy=step), cmap="gray", extent=extent, vmin=0.0, vmax=1.0)
+    shown = axis.imshow(np.ma.masked_equal(1e3 * depth, 0.0), cmap="inferno_r", extent=extent, alpha=0.75)
+    axis.set(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
+    figure.colorbar(shown, ax=axis, label="depth of the rut [mm]", shrink=0.8)
     figure.savefig(path)

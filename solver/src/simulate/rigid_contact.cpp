@@ -11,7 +11,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kRigidity = 1e7;        // [1] weight of a contact as a multiple of the body's mass
+constexpr double kRigidity = 1e5;        // [1] weight of a contact as a multiple of the body's mass: gives way by F h/(1e5 m), micrometres per minute
 constexpr double kSlop = 1e-4;           // [m] overlap that is left alone, so that resting contacts do not come and go
 constexpr double kPushOut = 0.2;         // [-] share of the overlap that is worked off in a step
 constexpr double kPushOutSpeed = 0.1;    // [m/s] at most

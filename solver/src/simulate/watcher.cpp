@@ -17,7 +17,7 @@ constexpr double kTurning = 1e-3;         // [m/s] of a rim
 
 }  // namespace
 
-Watcher::Watcher(const Model& model) : model_(&model), spinning_for_(model.rover.wheels.size(), 0.0) {
+Watcher::Watcher(const Model& model) : model_(&model), spinning_for_(model.rover.wheels.size(), 0.0), window_from_(model.rover.wheels.size(), Eigen::Vector3d::Zero()) {
   std::vector<bool> carried(model.rover.bodies.size(), false);
   for (const Joint& joint : model.rover.joints) carried[static_cast<std::size_t>(joint.child)] = true;
   for (std::size_t b = 0; b < carried.size(); ++b)
@@ -59,19 +59,19 @@ void Watcher::notice(double time, double h, const Readable& from, std::vector<Ev
                         fmt::format("wheel '{}' spun with slip above {:g} for {:g} s until t = {:.3f} s", wheel.name, kSpinSlip, kSpinTime, time)});
   }
   if (root_ < 0 || from.wheels->empty()) return;
-  const Eigen::Vector3d place = from.mechanism->com(root_);
   if (!window_open_) {
     window_open_ = true;
     window_start_ = time;
     window_rim_path_ = 0;
-    window_from_ = place;
+    for (std::size_t w = 0; w < from.wheels->size(); ++w) window_from_[w] = (*from.wheels)[w].center;
   }
   window_rim_path_ += h * rim;
   if (time - window_start_ < kStuckWindow) return;
-  const double moved = (place - window_from_).norm();
+  double moved = 0;  // of the wheel that moved most: a rover that turns on the spot is not stuck
+  for (std::size_t w = 0; w < from.wheels->size(); ++w) moved = std::max(moved, ((*from.wheels)[w].center - window_from_[w]).norm());
   if (window_rim_path_ > kStuckWindow * kTurning && moved < kStuckShare * window_rim_path_)
     events.push_back({time, "stuck", rover.bodies[static_cast<std::size_t>(root_)].name,
-                      fmt::format("the rims ran {:.3f} m between t = {:.2f} s and {:.2f} s, but '{}' moved {:.3f} m", window_rim_path_,
+                      fmt::format("the rims of '{3}' ran {0:.3f} m between t = {1:.2f} s and {2:.2f} s, but no wheel moved more than {4:.3f} m", window_rim_path_,
                                   window_start_, time, rover.bodies[static_cast<std::size_t>(root_)].name, moved)});
   window_open_ = false;
 }

@@ -18,7 +18,8 @@ class Watcher {
   std::vector<const Watch*> look(double time, double h, const Readable& from, std::vector<Event>& events);
   bool empty() const { return watches_.empty(); }
   void visit(Archive& archive) {
-    archive(tipped_, spinning_for_, window_start_, window_rim_path_, window_from_, window_open_, seen_events_);
+    archive(tipped_, spinning_for_, window_start_, window_rim_path_, window_open_, seen_events_);
+    for (Eigen::Vector3d& place : window_from_) archive(place);
     for (State& state : watches_) {
       archive(state.held_for, state.fired);
       for (Quantity& quantity : state.quantity) archive(quantity);
@@ -44,7 +45,7 @@ class Watcher {
   std::vector<double> spinning_for_;  // [s] by wheel
   double window_start_ = 0;           // [s] of the look for being stuck
   double window_rim_path_ = 0;        // [m] mean over the wheels
-  Eigen::Vector3d window_from_ = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> window_from_;  // [m] centre of each wheel at its beginning
   bool window_open_ = false;
   std::uint64_t seen_events_ = 0;
 };

@@ -13,6 +13,10 @@ using Eigen::Vector3d;
 // Below this speed [m/s] slip is not reported: it would be a ratio of two noises.
 constexpr double kSlipReportSpeed = 1e-4;
 
+// A wheel that spins on the spot still ploughs its rut, and a locked one that is dragged still has its rolling torque: resistance sees this
+// share of the other velocity too, so that it has its full size and its direction there, and rests only where both velocities do.
+constexpr double kTravelShare = 0.01;
+
 }  // namespace
 
 WheelContact::WheelContact(const Rover& rover, const Terrain& terrain, int wheel, WheelEffects& effects)
@@ -156,17 +160,20 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
 
   Row& sliding = open(center, -ahead, radius * axle, h * std::abs(shear) / slip.sliding_speed);
   if (shear * slip.ratio >= 0) {
-    sliding.lower = -strength;
-    sliding.upper = strength;
+    // The strength bounds the whole shear S + T_0/r along the travel, of which the row is the part S, with opposite sign.
+    sliding.lower = -strength + slip.direction * h * rolling;
+    sliding.upper = strength + slip.direction * h * rolling;
   } else {
     sliding.lower = sliding.upper = -h * slip.direction * shear;
   }
 
   Row& rolling_row = open(center, Vector3d::Zero(), radius * axle, h * std::max(rolling, 0.0) / kParkingSpeed);
   bound(rolling_row, rolling, u);
+  rolling_row.target = std::abs(v) > std::abs(u) ? -slip.direction * kTravelShare * std::abs(v) : 0;
 
   Row& rut_row = open(center, ahead, Vector3d::Zero(), h * std::max(rut, 0.0) / kParkingSpeed);
   bound(rut_row, rut, v);
+  rut_row.target = std::abs(u) > std::abs(v) ? -slip.direction * kTravelShare * std::abs(u) : 0;
 
   Row& side = open(foot, axle, Vector3d::Zero(), h * reaction.side_force / slip.lateral_speed);
   side.lower = -strength;

@@ -4,7 +4,7 @@
 // (the slip law at 4 cm/s would need steps below 0.2 ms if taken explicitly), so they enter the next velocity implicitly.
 // With rim speed u = r w and centre speed v along the heading the longitudinal law is split into parts that each vanish with
 // one velocity, which makes every row dissipative and lets a parked rover stand still:
-//   shear     S = (T - T_0)/r       against u - v, secant S/|u - v|, bounded by the soil's shear strength
+//   shear     S = (T - T_0)/r       against u - v, secant S/|u - v|; S + T_0/r bounded by the soil's shear strength
 //   rolling   T_0/r                 against u, like dry friction
 //   rut       R = S - D             against v, like dry friction
 // where T_0 is the torque of the same normal stresses at zero slip. Their sum gives back D and T exactly:

@@ -1,0 +1,49 @@
+"""Obstacles as meshes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import Obstacle, Terrain
+from rille.view.drawing import Item
+from rille.view.pose import rotation_matrix
+
+Array = NDArray[np.float64]
+
+ROCK_GRAY = "#6f6a64"
+
+
+def hull_points(obstacle: Obstacle) -> Array:
+    """Points (n, 3) [m] in W whose convex hull is the obstacle; round shapes in 24 segments."""
+    if obstacle.kind == "hull":
+        assert obstacle.vertices is not None
+        points = obstacle.vertices
+    elif obstacle.kind == "box":
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        points = signs * np.array(obstacle.size) / 2
+    else:
+        around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+        if obstacle.kind == "cylinder":
+            ring = np.column_stack([np.cos(around), np.sin(around)]) * obstacle.size[0]
+            points = np.concatenate([np.column_stack([ring, np.full(24, s * obstacle.size[1] / 2)]) for s in (-1, 1)])
+        else:
+            polar = np.linspace(0, np.pi, 13)
+            directions = [np.column_stack([np.sin(p) * np.cos(around), np.sin(p) * np.sin(around), np.full(24, np.cos(p))]) for p in polar]
+            points = obstacle.size[0] * np.unique(np.round(np.concatenate(directions), 9), axis=0)
+    return points @ rotation_matrix(np.array(obstacle.pose.rotation)).T + np.array(obstacle.pose.position)
+
+
+def obstacle_items(terrain: Terrain) -> list[Item]:
+    """All obstacles of a terrain, faceted: every triangle has its own corners, so that edges stay edges."""
+    from scipy.spatial import ConvexHull
+
+    items = []
+    for obstacle in terrain.obstacles:
+        points = hull_points(obstacle)
+        hull = ConvexHull(points)
+        corners = points[hull.simplices]  # (m, 3, 3)
+        outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        flip = (outward * hull.equations[:, :3]).sum(axis=1) < 0
+        corners[flip] = corners[flip][:, ::-1]
+        triangles = np.arange(3 * len(corners)).reshape(-1, 3)
+        items.append(Item(vertices=corners.reshape(-1, 3), triangles=triangles, color=ROCK_GRAY))
+    return items
