@@ -21,7 +21,7 @@ PACKAGES := build-essential cmake ninja-build pkg-config \
 
 CPP_SOURCES := $(shell find solver schema/schema.sql -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.in' -o -name '*.sql' -o -name CMakeLists.txt \))
 
-.PHONY: help setup build demo test cpp-test examples bench check format clean
+.PHONY: help setup build demo test cpp-test sanitize fuzz examples maneuvers bench check format clean
 
 help:  ## list the verbs
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
@@ -62,11 +62,29 @@ demo: build  ## drive the example rover for 60 s over a composed terrain; table,
 	$(BIN)/rille run $(OUT)/demo/rover.db --scenario examples/first_drive/traverse.toml
 	$(BIN)/rille view $(OUT)/demo/rover.db -o $(OUT)/demo
 
-test: build cpp-test  ## run all tests
+test: build cpp-test sanitize fuzz  ## run all tests
 	@$(BIN)/python -m pytest
 
 cpp-test: build
 	@ctest --test-dir $(CPP) --output-on-failure
+
+# The C++ tests and the fuzz target once more, with the address and undefined-behaviour sanitizers.
+build/sanitize/.built: $(VENV)/.installed $(CPP_SOURCES)
+	@echo "building the C++ tests with sanitizers"
+	cmake -S solver -B build/sanitize -G Ninja -DRILLE_TESTS=ON -DRILLE_SANITIZE=ON >/dev/null
+	cmake --build build/sanitize --target rille-solver-tests rille-fuzz | tail -1
+	touch $@
+
+sanitize: build/sanitize/.built  ## run the C++ tests with address and undefined-behaviour sanitizers
+	@build/sanitize/tests/rille-solver-tests --no-version
+
+FUZZ_SECONDS ?= 120
+fuzz: build build/sanitize/.built  ## feed mutated databases to the solver for FUZZ_SECONDS (default 120)
+	@$(BIN)/python solver/tests/fuzz_seed.py build/sanitize/seed.db
+	build/sanitize/tests/rille-fuzz build/sanitize/seed.db $(FUZZ_SECONDS) $(FUZZ_RANDOM)
+
+maneuvers: build  ## climb, cross, slide, park, reverse, turn: pictures in out/maneuvers
+	@$(BIN)/python -m pytest tests/scenarios
 
 examples: build  ## run every example
 	@$(BIN)/python -m pytest tests/house/test_examples.py

@@ -109,7 +109,7 @@ int run(const RunOptions& options, bool (*interrupted)()) {
   talk(true);
   Outcome outcome = Outcome::running;
   if (!checkpoint) {
-    outcome = simulation.settle();
+    outcome = simulation.settle([interrupted] { return !interrupted(); });
     record(true);
     recorder.commit(Outcome::running, "");
   }
@@ -131,7 +131,7 @@ int run(const RunOptions& options, bool (*interrupted)()) {
   const double wall = seconds_since(start);
   std::string message = simulation.message();
   if (outcome == Outcome::running) outcome = Outcome::done;
-  if (outcome == Outcome::interrupted) {
+  if (outcome == Outcome::interrupted && simulation.outcome() == Outcome::running) {
     message = fmt::format("interrupted at t = {:.3f} s of {:g} s; the results so far are readable, and --resume goes on from here",
                           simulation.time(), duration);
     record(simulation.steps() % stride != 0);

@@ -36,7 +36,17 @@ class Archive {
  private:
   template <class Value>
   void visit(Value& value) {
-    if constexpr (std::is_arithmetic_v<Value> || std::is_enum_v<Value>) {
+    if constexpr (std::is_same_v<Value, bool>) {
+      auto byte = static_cast<unsigned char>(value);
+      raw(&byte, 1);
+      if (byte > 1) refuse();
+      value = byte == 1;
+    } else if constexpr (std::is_enum_v<Value>) {  // the only one in a state: -1, 0, 1 (RowSide)
+      auto number = static_cast<std::underlying_type_t<Value>>(value);
+      raw(&number, sizeof number);
+      if (number < -1 || number > 1) refuse();
+      value = static_cast<Value>(number);
+    } else if constexpr (std::is_arithmetic_v<Value>) {
       raw(&value, sizeof value);
     } else {
       value.visit(*this);
@@ -69,7 +79,7 @@ class Archive {
     flags.resize(count(flags.size()));
     for (std::size_t k = 0; k < flags.size(); ++k) {
       bool flag = flags[k];
-      raw(&flag, sizeof flag);
+      visit(flag);
       flags[k] = flag;
     }
   }

@@ -1,6 +1,7 @@
 #include "simulate/sensors.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace rille {
 
@@ -36,8 +37,8 @@ void Sensors::sense(double time, const Readable& from) {
     if (!due) continue;
     Reading reading{.time = time, .values = std::move(values)};
     for (const auto& effect : *channel.effects) effect->distort(reading, channel.number);
-    ++channel.number;
-    while (static_cast<double>(channel.number) / channel.rate <= time + 0.5 * from.h) ++channel.number;  // faster than the steps: one a step
+    // The next one that is not due yet: a sensor faster than the steps is read once a step.
+    channel.number = std::max(channel.number + 1, static_cast<long long>(std::floor((time + 0.5 * from.h) * channel.rate)) + 1);
     if (reading.lost) continue;
     for (std::size_t k = 0; k < reading.values.size(); ++k)
       samples_.push_back({static_cast<int>(s), reading.time, static_cast<int>(k), reading.values[k]});

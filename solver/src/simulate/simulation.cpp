@@ -412,13 +412,15 @@ void Simulation::look(double h) {
   }
 }
 
-Outcome Simulation::settle() {
+Outcome Simulation::settle(const std::function<bool()>& keep_going) {
   const double h = model_->scenario.step;
   const auto most = static_cast<long long>(std::llround(model_->scenario.settle_time / h));
   const auto least = std::min(most, static_cast<long long>(std::ceil(0.2 / h)));
   long long taken = 0;
   bool at_rest = false;
   while (taken < most && outcome_ == Outcome::running && !at_rest) {
+    if (keep_going && !keep_going())
+      return fail(Outcome::interrupted, fmt::format("interrupted after {:.3f} s of settling, before t = 0", static_cast<double>(taken) * h));
     advance(true, false);
     ++taken;
     at_rest = taken >= least && mechanism_.velocity().cwiseAbs().maxCoeff() < kRestSpeed;
@@ -528,7 +530,10 @@ void Simulation::restore(const std::string& bytes) {
   message_.clear();
   events_.clear();
   holding_ = false;
-  if (!mechanism_.velocity().allFinite()) throw InputRefused("the checkpoint holds values that are not finite; start the run again without --resume");
+  const MechanismState state = mechanism_.state();
+  const bool whole = state.velocity.allFinite() && state.joint_position.allFinite() && state.base_position.allFinite() &&
+                     std::abs(state.base_rotation.norm() - 1) < 1e-6 && steps_ >= 0 && steps_ < 1'000'000'000'000'000;
+  if (!whole) throw InputRefused("the checkpoint holds values that no state has; start the run again without --resume");
   mechanism_.update_kinematics();
 }
 

@@ -1,6 +1,7 @@
 // One run in memory: model in, states and events out. Knows neither files nor databases.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,7 +25,8 @@ class Simulation {
   explicit Simulation(Model model);
 
   // Lets the mechanism come to rest with its drives held, for at most scenario.settle_time; then time starts at zero.
-  Outcome settle();
+  // keep_going: asked between steps; false ends early, as `interrupted`.
+  Outcome settle(const std::function<bool()>& keep_going = nullptr);
   // One time step. report: also compute the reactions in the joints, which a snapshot shows. Returns running, or the outcome that ended
   // the run; a finished simulation does not step on.
   Outcome step(bool report = true);

@@ -15,17 +15,24 @@ HeightGrid load_grid(Database& database, Statement& terrain, const std::string& 
   grid.posting_y = finite(terrain, "posting_y", subject);
   grid.x_west = finite(terrain, "x_west", subject);
   grid.y_north = finite(terrain, "y_north", subject);
+  if (grid.n_rows < 2 || grid.n_cols < 2 || !(grid.posting_x > 0 && grid.posting_y > 0))
+    throw InputRefused(fmt::format("{} has {} x {} heights at {:g} x {:g} m; it needs at least 2 x 2 and a posting above 0", subject, grid.n_rows,
+                                   grid.n_cols, grid.posting_x, grid.posting_y));
   const auto cells = static_cast<std::size_t>(grid.n_rows) * static_cast<std::size_t>(grid.n_cols);
   if (cells > 400'000'000)
     throw InputRefused(fmt::format("{} has {} x {} heights, more than the 400 million that are read at once; extract a region",
                                    subject, grid.n_rows, grid.n_cols));
+  Statement covered(database, "SELECT total(n_rows * n_cols) FROM terrain_tile WHERE terrain_id = ? AND layer = 'height'");
+  covered.bind(1, terrain.getColumn("id").getInt64());
+  covered.executeStep();
+  if (covered.getColumn(0).getDouble() < 0.01 * static_cast<double>(cells))  // before memory is asked for
+    throw InputRefused(fmt::format("{} has no heights for at least 99 % of its grid of {} x {}; build it with `rille terrain build`", subject,
+                                   grid.n_rows, grid.n_cols));
   grid.heights.assign(cells, std::nan(""));
   Statement tile(database,
                  "SELECT row0, col0, n_rows, n_cols, dtype, data FROM terrain_tile WHERE terrain_id = ? AND layer = 'height'");
   tile.bind(1, terrain.getColumn("id").getInt64());
-  bool any = false;
   while (tile.executeStep()) {
-    any = true;
     const int row0 = tile.getColumn("row0").getInt();
     const int col0 = tile.getColumn("col0").getInt();
     const int n_rows = tile.getColumn("n_rows").getInt();
@@ -53,7 +60,6 @@ HeightGrid load_grid(Database& database, Statement& terrain, const std::string& 
       }
     }
   }
-  if (!any) throw InputRefused(fmt::format("{} has no heights; build it with `rille terrain build`", subject));
   return grid;
 }
 
