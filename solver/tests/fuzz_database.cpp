@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -91,7 +92,10 @@ int main(int argc, char** argv) {
   }
   const std::string seed = read_file(argv[1]);
   const double seconds = std::atof(argv[2]);
-  Random random(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : std::random_device{}());
+  const auto random_seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : std::random_device{}();
+  Random random(random_seed);
+  fmt::print("random seed {}: give it again as the third argument to repeat a finding\n", random_seed);
+  std::fflush(stdout);
   const auto folder = std::filesystem::temp_directory_path() / fmt::format("rille-fuzz-{}", random());
   std::filesystem::create_directories(folder);
   const std::string path = (folder / "mutated.db").string();

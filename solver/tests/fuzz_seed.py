@@ -11,7 +11,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 from machines import LUNAR_SOIL, box, cart, plane
-
 from rille import store
 from rille.model import (
     CollisionShape,

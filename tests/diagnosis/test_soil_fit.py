@@ -60,7 +60,7 @@ def test_planted_truth_comes_back_within_its_intervals():
 
 
 def test_intervals_mean_what_they_say():
-    """Over 30 draws of the noise the truth lies within 1 sigma in 68 % +- 9 % (1 sigma of 90 binomial draws is 5 %; priors pull a little)."""
+    """Over 30 draws of the noise the truth lies within 1 sigma in 68 % +- 9 % (90 binomial draws: 1 sigma is 5 %; priors pull a little)."""
     inside = []
     names = ["friction_angle", "shear_modulus", "frictional_modulus"]
     for seed in range(30):
@@ -126,7 +126,7 @@ def test_smooth_wheel_of_cmu(rille_data):
         return bench(soil, given, wheel=wheel)
 
     names = ["friction_angle", "frictional_modulus", "shear_modulus"]
-    with pytest.raises(InputRefused, match="shear_modulus .*cannot be told from friction_angle"):
+    with pytest.raises(InputRefused, match=r"shear_modulus .*cannot be told from friction_angle"):
         diagnosis.fit_soil(cmu, points.where(~held), points.where(held), prior, names, noise=noise)
     result = diagnosis.fit_soil(cmu, points.where(~held), points.where(held), prior, names[:2], noise=noise)
     assert result.after["drawbar_pull"][1] < 1.0 < result.before["drawbar_pull"][1]

@@ -18,7 +18,7 @@ SLIPS = [-0.6, -0.2, 0.0, 0.1, 0.3, 0.6, 0.9, 1.0]
 
 @pytest.mark.parametrize("law", ["bekker", "bekker_wong", "reece"])
 def test_the_simulated_rig_settles_on_the_root_of_the_integrals(law):
-    """Within 1 % of the load at every load and slip. The rows' steady state obeys the soil law exactly, whatever the step: measured 1e-6."""
+    """Within 1 % of the load at every load and slip. The rows' steady state obeys the soil law at any step: measured 1e-6."""
     grid = np.array([(w, s) for w in LOADS for s in SLIPS])
     both = [
         simulate.bench(law, LUNAR_SOIL, SMOOTH, load=grid[:, 0], slip_ratio=grid[:, 1], method=method)

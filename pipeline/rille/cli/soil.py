@@ -53,7 +53,8 @@ def list_(
         return
     for soil in soils.values():
         print(
-            f"{soil.name:22s} n = {soil.sinkage_exponent:<5g} c = {soil.cohesion:<6g} Pa  phi = {soil.friction_angle * 57.29578:4.1f} deg  {soil.source}"
+            f"{soil.name:22s} n = {soil.sinkage_exponent:<5g} c = {soil.cohesion:<6g} Pa  "
+            f"phi = {soil.friction_angle * 57.29578:4.1f} deg  {soil.source}"
         )
 
 
@@ -192,7 +193,8 @@ def fit(
     for f in result.fitted:
         flag = "  ON ITS BOUND: the law wants what no soil has" if f.on_bound else ""
         print(
-            f"  {f.name:22s} {f.prior:12.5g} -> {f.value:12.5g} +- {f.interval:9.3g} {UNITS[f.name]:10s} ({f.shrink:.0%} of the prior's interval){flag}"
+            f"  {f.name:22s} {f.prior:12.5g} -> {f.value:12.5g} +- {f.interval:9.3g} {UNITS[f.name]:10s} "
+            f"({f.shrink:.0%} of the prior's interval){flag}"
         )
     for name in result.held_at_prior:
         print(f"  {name:22s} held at {getattr(prior, name):.5g}: the data do not observe it")
@@ -200,13 +202,16 @@ def fit(
     for name, (before_train, before_test) in result.before.items():
         after_train, after_test = result.after[name]
         floor = result.repeatability[name]
-        row = f"  {name:14s} {before_train:10.4g} {after_train:10.4g} |           {before_test:10.4g} {after_test:10.4g} | {floor.sigma:.3g} ({floor.origin})"
-        print(row)
+        print(
+            f"  {name:14s} {before_train:10.4g} {after_train:10.4g} |           {before_test:10.4g} {after_test:10.4g} | "
+            f"{floor.sigma:.3g} ({floor.origin})"
+        )
     pairs = [(abs(result.correlation[i, j]), i, j) for i in range(len(result.fitted)) for j in range(i)]
     for size, i, j in sorted(pairs, reverse=True)[:3]:
         if size > 0.8:
             print(
-                f"  {result.fitted[i].name} and {result.fitted[j].name} are correlated by {result.correlation[i, j]:.2f}: the data fix them together, not each"
+                f"  {result.fitted[i].name} and {result.fitted[j].name} are correlated by {result.correlation[i, j]:.2f}: "
+                "the data fix them together, not each"
             )
     if result.not_carried:
         say(f"{result.not_carried} points have no value: the fitted soil does not carry the wheel there")

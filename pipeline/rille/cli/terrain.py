@@ -91,7 +91,8 @@ def ruts(
         print_json(facts)
     else:
         say(
-            f"wrote {output}: ruts of run {trace.run_id}, up to {1e3 * facts['deepest_m']:.1f} mm deep, cells of {1e3 * left.posting:.3g} mm"
+            f"wrote {output}: ruts of run {trace.run_id}, up to {1e3 * facts['deepest_m']:.1f} mm deep, "
+            f"cells of {1e3 * left.posting:.3g} mm"
         )
 
 

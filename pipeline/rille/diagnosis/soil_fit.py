@@ -125,13 +125,15 @@ def _unobserved(chosen: Sequence[str], unseen: Sequence[str], jacobian: Array, c
         k = chosen.index(name)
         if alone[k] > OBSERVED:
             reasons.append(
-                f"{name} (interval {shrink[k]:.0%} of the prior's): it hardly moves what was measured; {PARAMETERS[name].test} would show it"
+                f"{name} (interval {shrink[k]:.0%} of the prior's): it hardly moves what was measured; "
+                f"{PARAMETERS[name].test} would show it"
             )
         else:
             others = [(abs(correlation[k, j]), chosen[j]) for j in range(len(chosen)) if j != k]
             other = max(others)[1]
             reasons.append(
-                f"{name} (interval {shrink[k]:.0%} of the prior's): it cannot be told from {other} here; {PARAMETERS[name].test} would separate them"
+                f"{name} (interval {shrink[k]:.0%} of the prior's): it cannot be told from {other} here; "
+                f"{PARAMETERS[name].test} would separate them"
             )
     return f"the data do not observe {'; '.join(reasons)}; fit fewer parameters, or hold these at the prior with --keep-unobserved"
 

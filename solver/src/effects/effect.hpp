@@ -156,7 +156,7 @@ struct Attachment {
   Model& model;
   Effects& effects;
 
-  double operator[](const char* parameter) const { return row.parameters.at(parameter); }
+  double operator[](const char* parameter) const { return row.parameter(parameter); }
   // Calls visit(index) for every target of the row.
   template <class Visit>
   void each(std::size_t count, Visit&& visit) const {

@@ -27,7 +27,7 @@ const std::vector<Variable> kBody = {{"time", "s"}, {"mass", "kg"}, {"x", "m"}, 
 class JointExpression final : public JointEffect {
  public:
   JointExpression(const EffectRow& row, bool slides)
-      : gain_(row.parameters.at("gain")), formula_(row.formula, slides ? kSlide : kJoint, row.constants, slides ? "N" : "N m") {}
+      : gain_(row.parameter("gain")), formula_(row.formula, slides ? kSlide : kJoint, row.constants, slides ? "N" : "N m") {}
   double effort(const JointMotion& m) const override { return gain_ * formula_({m.time, m.position, m.velocity, m.drive_effort}); }
   bool depends_on_velocity() const override { return true; }
 
@@ -39,7 +39,7 @@ class JointExpression final : public JointEffect {
 class WheelExpression final : public WheelEffect {
  public:
   WheelExpression(const EffectRow& row, const std::string& unit)
-      : gain_(row.parameters.at("gain")), output_(row.output), formula_(row.formula, kWheel, row.constants, unit) {}
+      : gain_(row.parameter("gain")), output_(row.output), formula_(row.formula, kWheel, row.constants, unit) {}
   void after(const WheelSite& s, SoilReaction& reaction) const override {
     const double value = gain_ * formula_({s.time, s.angle, s.position.x(), s.position.y(), s.sinkage, s.slip.ratio,
                                            std::atan2(s.lateral_speed, std::abs(s.travel_speed)), s.travel_speed, s.rim_speed,
@@ -62,7 +62,7 @@ class WheelExpression final : public WheelEffect {
 class BodyExpression final : public BodyEffect {
  public:
   BodyExpression(const EffectRow& row, bool torque, int axis)
-      : gain_(row.parameters.at("gain")), torque_(torque), axis_(axis), formula_(row.formula, kBody, row.constants, torque ? "N m" : "N") {}
+      : gain_(row.parameter("gain")), torque_(torque), axis_(axis), formula_(row.formula, kBody, row.constants, torque ? "N m" : "N") {}
   void push(const BodyMotion& b, double h, std::vector<BodyForce>& forces) const override {
     const auto value = [&](const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
       return gain_ * formula_({b.time, b.mass, b.com.x(), b.com.y(), b.com.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z()});

@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "model/error.hpp"
+
 namespace rille {
 
 enum class EffectTarget { wheel, joint, body, sensor, terrain, world };
@@ -23,6 +25,13 @@ struct EffectRow {
   std::string formula;
   std::string output;                        // quantity that the formula adds to: "joint.effort"
   std::map<std::string, Constant> constants;
+
+  double parameter(const std::string& name) const {
+    const auto found = parameters.find(name);
+    if (found == parameters.end())
+      throw InputRefused("the catalogue of this database has no parameter '" + name + "' of the effect '" + kind + "'; run `rille db migrate`");
+    return found->second;
+  }
 };
 
 }  // namespace rille

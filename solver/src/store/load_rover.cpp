@@ -6,6 +6,8 @@
 namespace rille {
 namespace {
 
+constexpr double kSmallestWheel = 1e-3, kLargestWheel = 100;  // [m] radius and width; beyond these a unit was mistaken
+
 Index load_bodies(Database& database, Rover& rover) {
   Index index;
   Statement row(database, "SELECT * FROM body ORDER BY id");
@@ -133,8 +135,8 @@ void load_wheels(Database& database, const Index& joints, Rover& rover) {
       throw InputRefused(fmt::format("{} turns on joint '{}', which is not a hinge", subject, rover.joints[wheel.joint].name));
     if (!row.getColumn("material_id").isNull()) wheel.material_id = row.getColumn("material_id").getInt64();
     wheel.center = vector(row, "x", "y", "z", subject);
-    wheel.radius = above_zero(row, "radius", subject);
-    wheel.width = above_zero(row, "width", subject);
+    wheel.radius = within(row, "radius", kSmallestWheel, kLargestWheel, subject);
+    wheel.width = within(row, "width", kSmallestWheel, kLargestWheel, subject);
     if (!row.getColumn("grousers").isNull()) {
       wheel.grouser_count = row.getColumn("grousers").getInt();
       wheel.grouser_height = above_zero(row, "grouser_height", subject);

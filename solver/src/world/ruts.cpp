@@ -10,6 +10,11 @@ int points_across(double width, double posting) { return std::max(2, static_cast
 
 }  // namespace
 
+bool Ruts::on_map(const Eigen::Vector2d& p) const {
+  const double most = 2 * kMostCells * posting_;  // beyond the far edges: a wheel may overhang them
+  return p.x() >= x_west_ && p.y() <= y_north_ && p.x() - x_west_ < most && y_north_ - p.y() < most;
+}
+
 std::size_t Ruts::cell(double x, double y, Key& key) const {
   const auto row = static_cast<int>(std::lround((y_north_ - y) / posting_));
   const auto column = static_cast<int>(std::lround((x - x_west_) / posting_));
@@ -30,7 +35,7 @@ void Ruts::mark(const Eigen::Vector2d& center, const Eigen::Vector2d& left, doub
   const int n = points_across(width, posting_);
   for (int k = 0; k < n; ++k) {
     const Eigen::Vector2d p = center + (static_cast<double>(k) / (n - 1) - 0.5) * width * left;
-    if (p.x() < x_west_ || p.y() > y_north_) continue;
+    if (!on_map(p)) continue;
     Key key;
     const std::size_t at = cell(p.x(), p.y(), key);
     Tile* tile = const_cast<Tile*>(find(key));  // tiles_ is ours and not const here
@@ -49,7 +54,7 @@ double Ruts::depth(const Eigen::Vector2d& center, const Eigen::Vector2d& left, d
   double sum = 0;
   for (int k = 0; k < n; ++k) {
     const Eigen::Vector2d p = center + (static_cast<double>(k) / (n - 1) - 0.5) * width * left;
-    if (p.x() < x_west_ || p.y() > y_north_) continue;
+    if (!on_map(p)) continue;
     Key key;
     const std::size_t at = cell(p.x(), p.y(), key);
     if (const Tile* tile = find(key)) sum += tile->sinkage[at];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -15,7 +16,8 @@ namespace rille {
 
 class Ruts {
  public:
-  static constexpr int kTile = 32;  // cells along a side
+  static constexpr int kTile = 32;              // cells along a side
+  static constexpr double kMostCells = 1 << 29;  // along a side of the map
 
   struct Tile {
     std::vector<float> sinkage = std::vector<float>(kTile * kTile, 0.0F);   // [m]
@@ -28,8 +30,11 @@ class Ruts {
   };
   using Key = std::pair<int, int>;  // row and column of a tile, counted from the north-west
 
+  // Four cells across the narrowest wheel, but never so fine that a cell of the map could not be counted.
   Ruts(const HeightGrid& grid, double narrowest_wheel)
-      : posting_(narrowest_wheel / 4), x_west_(grid.x_west), y_north_(grid.y_north) {}
+      : posting_(std::max({narrowest_wheel / 4, grid.n_cols * grid.posting_x / kMostCells, grid.n_rows * grid.posting_y / kMostCells})),
+        x_west_(grid.x_west),
+        y_north_(grid.y_north) {}
 
   // Marks the cells under a line across the wheel's path, from one edge of the wheel to the other.
   void mark(const Eigen::Vector2d& center, const Eigen::Vector2d& left, double width, double sinkage, double pressure);
@@ -54,6 +59,7 @@ class Ruts {
   }
 
  private:
+  bool on_map(const Eigen::Vector2d& p) const;
   std::size_t cell(double x, double y, Key& key) const;
   const Tile* find(const Key& key) const;
 
