@@ -79,7 +79,7 @@ Formula::Formula(const std::string& text, const std::vector<Variable>& variables
 Formula::~Formula() = default;
 Formula::Formula(Formula&&) noexcept = default;
 
-double Formula::operator()(const std::vector<double>& values) const {
+double Formula::operator()(std::initializer_list<double> values) const {
   std::copy(values.begin(), values.end(), impl_->values.begin());
   const double result = impl_->parser.Eval();
   return std::isfinite(result) ? result : 0;

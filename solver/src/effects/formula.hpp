@@ -1,6 +1,7 @@
 // A formula over named variables and constants, checked for its dimension and evaluated by muParser.
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <string>
@@ -29,7 +30,7 @@ class Formula {
   Formula(Formula&&) noexcept;
 
   // values: in the order of the variables. A result that is not finite counts as 0.
-  double operator()(const std::vector<double>& values) const;
+  double operator()(std::initializer_list<double> values) const;
 
  private:
   struct Impl;

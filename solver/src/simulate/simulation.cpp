@@ -162,6 +162,9 @@ bool Simulation::open_joint_effects(double h) {
       Row& row = open(kRigidity * mass(dof, dof));
       row.lower = -h * friction.dry;
       row.upper = h * friction.dry;
+      const double wanted = -row.weight * motion.velocity;  // a first guess of the side: as the joint moves now
+      if (wanted < row.lower) row.side = RowSide::at_lower;
+      if (wanted > row.upper) row.side = RowSide::at_upper;
     }
   }
   return any;

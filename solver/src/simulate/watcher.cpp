@@ -26,7 +26,7 @@ Watcher::Watcher(const Model& model) : model_(&model), spinning_for_(model.rover
     State state{&watch, {}};
     if (watch.event.empty()) {
       state.quantity.emplace_back(model.rover, watch.quantity, watch.target, false, "watch '" + watch.name + "'");
-      if (watch.component >= state.quantity[0].size())
+      if (watch.component < 0 || watch.component >= state.quantity[0].size())
         throw InputRefused(fmt::format("watch '{}' compares component {} of {}, which has {}; count from 0", watch.name, watch.component,
                                        watch.quantity, state.quantity[0].size()));
     }
