@@ -4,6 +4,7 @@ from rille.simulate.bench import BenchResult, bench, effect_rows
 from rille.simulate.bench_file import bench_csv_lines, read_bench_csv
 from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file
+from rille.simulate.sensitivity import sensitivities
 
 __all__ = [
     "BenchResult",
@@ -14,4 +15,5 @@ __all__ = [
     "read_bench_csv",
     "read_scenario_file",
     "run",
+    "sensitivities",
 ]

@@ -19,6 +19,7 @@
 
 #include "effects/registry.hpp"
 #include "model/error.hpp"
+#include "model/soil_range.hpp"
 #include "physics/sinkage.hpp"
 #include "physics/slip.hpp"
 #include "simulate/bench.hpp"
@@ -189,23 +190,15 @@ nb::ndarray<nb::numpy, double> windows(const std::vector<rille::Model*>& models,
 
 rille::Soil soil_from(const nb::dict& values) {
   rille::Soil soil;
-  const auto number = [&](const char* key) { return nb::cast<double>(values[key]); };
-  soil.sinkage_exponent = number("sinkage_exponent");
-  soil.cohesive_modulus = number("cohesive_modulus");
-  soil.frictional_modulus = number("frictional_modulus");
-  soil.cohesion = number("cohesion");
-  soil.friction_angle = number("friction_angle");
-  soil.shear_modulus = number("shear_modulus");
-  soil.lateral_shear_modulus = number("lateral_shear_modulus");
-  soil.peak_angle_offset = number("peak_angle_offset");
-  soil.peak_angle_slip = number("peak_angle_slip");
-  soil.exit_sinkage_ratio = number("exit_sinkage_ratio");
-  if (values.contains("unit_weight")) soil.unit_weight = number("unit_weight");
-  soil.damping = values.contains("damping") ? number("damping") : 3e4;
+  soil.damping = 3e4;
+  for (const rille::SoilNumber& number : rille::kSoilNumbers)
+    if (values.contains(number.name)) soil.*number.value = nb::cast<double>(values[number.name]);
+  if (values.contains("unit_weight")) soil.unit_weight = nb::cast<double>(values["unit_weight"]);
   if (values.contains("reece_cohesive_modulus") && !values["reece_cohesive_modulus"].is_none())
-    soil.reece_cohesive_modulus = number("reece_cohesive_modulus");
+    soil.reece_cohesive_modulus = nb::cast<double>(values["reece_cohesive_modulus"]);
   if (values.contains("reece_frictional_modulus") && !values["reece_frictional_modulus"].is_none())
-    soil.reece_frictional_modulus = number("reece_frictional_modulus");
+    soil.reece_frictional_modulus = nb::cast<double>(values["reece_frictional_modulus"]);
+  rille::require_valid(soil, "the soil");
   return soil;
 }
 
@@ -234,6 +227,10 @@ NB_MODULE(_solver, module) {
       "wheel_under_load",
       [](const std::string& law, const nb::dict& soil_values, double radius, double width, double load, double slip_ratio) {
         const rille::Soil soil = soil_from(soil_values);
+        rille::require_within(radius, rille::kAboveZero, rille::kAny, "radius of the wheel");
+        rille::require_within(width, rille::kAboveZero, rille::kAny, "width of the wheel");
+        rille::require_within(load, rille::kAboveZero, rille::kAny, "load of the wheel");
+        rille::require_within(slip_ratio, -1, 1, "slip ratio of the wheel");
         const double travel = slip_ratio >= 0 ? 1 - slip_ratio : 1 / std::max(1 + slip_ratio, 1e-3);
         const auto found = rille::sinkage_under_load(law_from(law), soil, {radius, width}, {0, slip_ratio, travel, 0}, load);
         if (!found.found)
@@ -313,15 +310,13 @@ NB_MODULE(_solver, module) {
            },
            "path"_a, "scenario"_a = nb::none(), "step"_a = nb::none())
       .def("copy", [](const rille::Model& m) { return rille::Model(m); }, "An independent copy; heights are shared.")
-      .def("get", [](rille::Model& m, const std::string& name) { return rille::parameter(m, name); }, "name"_a, "Value of a parameter [SI].")
-      .def("set", [](rille::Model& m, const std::string& name, double value) {
-             if (!std::isfinite(value)) throw rille::InputRefused(fmt::format("the parameter '{}' is set to {}; give a finite value", name, value));
-             rille::parameter(m, name) = value;
-           }, "name"_a, "value"_a, "Set a parameter [SI]; simulations made from now on have it.")
+      .def("get", [](rille::Model& m, const std::string& name) { return rille::get_parameter(m, name); }, "name"_a, "Value of a parameter [SI].")
+      .def("set", [](rille::Model& m, const std::string& name, double value) { rille::set_parameter(m, name, value); }, "name"_a, "value"_a,
+           "Set a parameter [SI]; simulations made from now on have it. Raises rille.model.InputRefused for a value outside its bounds.")
       .def("parameters",
            [](rille::Model& m) {
              nb::dict all;
-             for (const auto& [name, place] : rille::parameters(m)) all[name.c_str()] = *place;
+             for (const auto& parameter : rille::parameters(m)) all[parameter.name.c_str()] = *parameter.place;
              return all;
            },
            "Every parameter by name with its value [SI].")

@@ -70,6 +70,8 @@ struct Gear {
   double ratio = 1;
 };
 
+inline constexpr double kSmallestWheel = 1e-3, kLargestWheel = 100;  // [m] radius and width; beyond these a unit was mistaken
+
 struct Wheel {
   std::int64_t id = 0;
   std::string name;

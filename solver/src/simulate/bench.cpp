@@ -12,6 +12,7 @@
 
 #include "effects/registry.hpp"
 #include "model/error.hpp"
+#include "model/soil_range.hpp"
 #include "physics/sinkage.hpp"
 #include "simulate/simulation.hpp"
 
@@ -46,11 +47,14 @@ void check(const Bench& bench, const std::vector<BenchCase>& cases) {
   need(bench.wheel.width > 0 && std::isfinite(bench.wheel.width), "wheel width [m]", bench.wheel.width, "above 0");
   need(bench.speed > 0 && bench.speed < 100, "speed [m/s]", bench.speed, "above 0 and below 100");
   need(bench.step > 0 && bench.step <= 0.1, "step [s]", bench.step, "above 0 and at most 0.1");
+  need(bench.longest > 0 && bench.longest <= 1e6, "longest time [s]", bench.longest, "above 0 and at most 1e6");
+  for (const Soil& soil : bench.soils) require_valid(soil, "the soil");
   for (const BenchCase& c : cases) {
     need(c.load > 0 && std::isfinite(c.load), "load [N]", c.load, "above 0");
     need(c.slip_ratio >= -1 && c.slip_ratio <= 1, "slip ratio", c.slip_ratio, "in -1 to 1");
     need(std::abs(c.slip_angle) < 1.5, "slip angle [rad]", c.slip_angle, "between -1.5 and 1.5");
     need(c.law != WheelSoilLaw::rigid, "law", 0, "bekker, bekker_wong or reece");
+    require_carries(bench.soils[static_cast<std::size_t>(c.soil)], c.law, bench.wheel.width, "the soil", "the bench's wheel");
   }
 }
 

@@ -2,17 +2,23 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "model/model.hpp"
 
 namespace rille {
 
-// Every parameter that may be read and set, with the place where it lives in the model (valid while the model is not changed otherwise).
-std::vector<std::pair<std::string, double*>> parameters(Model& model);
+struct Parameter {
+  std::string name;
+  double* place;  // in the model; valid while the model is not changed otherwise
+  double lower, upper;
+};
 
-// Raises InputRefused for a name that the model does not have.
-double& parameter(Model& model, const std::string& name);
+// Every parameter that may be read and set.
+std::vector<Parameter> parameters(Model& model);
+
+// Both raise InputRefused for a name that the model does not have, set_parameter also for a value outside the parameter's bounds.
+double get_parameter(Model& model, const std::string& name);
+void set_parameter(Model& model, const std::string& name, double value);
 
 }  // namespace rille

@@ -6,8 +6,6 @@
 namespace rille {
 namespace {
 
-constexpr double kSmallestWheel = 1e-3, kLargestWheel = 100;  // [m] radius and width; beyond these a unit was mistaken
-
 Index load_bodies(Database& database, Rover& rover) {
   Index index;
   Statement row(database, "SELECT * FROM body ORDER BY id");

@@ -4,6 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "model/soil_range.hpp"
+
 namespace rille {
 namespace {
 
@@ -150,22 +152,13 @@ Index load_soils(Database& database, double gravity, Terrain& terrain) {
     Soil soil;
     const std::string name = row.getColumn("name").getString();
     const std::string subject = "soil '" + name + "'";
-    soil.sinkage_exponent = within(row, "sinkage_exponent", 0.3, 3, subject);
-    soil.cohesive_modulus = finite(row, "cohesive_modulus", subject);
-    soil.frictional_modulus = within(row, "frictional_modulus", 0, 1e15, subject);
-    soil.cohesion = within(row, "cohesion", 0, 1e9, subject);
-    soil.friction_angle = within(row, "friction_angle", 0, 1.5707, subject);
-    soil.shear_modulus = above_zero(row, "shear_modulus", subject);
-    soil.lateral_shear_modulus = above_zero(row, "lateral_shear_modulus", subject);
-    soil.peak_angle_offset = within(row, "peak_angle_offset", 0, 1, subject);
-    soil.peak_angle_slip = within(row, "peak_angle_slip", -1, 1, subject);
-    soil.exit_sinkage_ratio = within(row, "exit_sinkage_ratio", 0, 2, subject);
-    soil.damping = within(row, "damping", 0, 1e12, subject);
+    for (const SoilNumber& number : kSoilNumbers) soil.*number.value = finite(row, number.name, subject);
     soil.unit_weight = above_zero(row, "density", subject) * gravity;
     if (!row.getColumn("reece_cohesive_modulus").isNull())
       soil.reece_cohesive_modulus = finite(row, "reece_cohesive_modulus", subject);
     if (!row.getColumn("reece_frictional_modulus").isNull())
       soil.reece_frictional_modulus = finite(row, "reece_frictional_modulus", subject);
+    require_valid(soil, subject);
     index[row.getColumn("id").getInt64()] = static_cast<int>(terrain.soils.size());
     terrain.soils.push_back(soil);
     terrain.soil_names.push_back(name);
@@ -210,6 +203,8 @@ Terrain load_terrain(Database& database, std::int64_t id, double gravity, const 
       if (!used[k]) continue;
       const Response response = response_of(database, wheel, soil_id, terrain.soil_names[k]);
       laws[k] = response.law;
+      if (response.law != WheelSoilLaw::rigid)
+        require_carries(terrain.soils[k], response.law, wheel.width, "soil '" + terrain.soil_names[k] + "'", "wheel '" + wheel.name + "'");
       pairs[k] = response.rigid;
     }
     terrain.response.push_back(std::move(laws));
