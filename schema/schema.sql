@@ -9,7 +9,7 @@
 -- Values of provenance: stated (written by a person), measured, geometry (computed from B-rep), cad_material, default.
 
 PRAGMA application_id = 1380535372;  -- "RILL"
-PRAGMA user_version = 1;
+PRAGMA user_version = 2;
 
 -- ---------------------------------------------------------------- where values come from
 

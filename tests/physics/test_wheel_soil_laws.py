@@ -5,8 +5,8 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from reference import forces
 from rille._solver import wheel_under_load
-from scipy.integrate import quad
 from scipy.optimize import brentq
 from test_wheel_on_soil import SOILS
 
@@ -68,38 +68,6 @@ def test_every_row_of_the_golden_table(rille_data):
     print(f"worst relative error of sinkage: {worst}")
 
 
-def textbook(law, soil, r, b, z, slip):
-    """N, D, T by adaptive quadrature of the printed formulas; kappa = v / (r w) for driven and braked wheels."""
-    entry = np.arccos(1 - z / r)
-    if law == "bekker":
-        peak = leave = 0.0
-    else:
-        leave = -np.arccos(1 - soil.exit_sinkage_ratio * z / r)
-        peak = np.clip((soil.peak_angle_offset + soil.peak_angle_slip * slip) * entry, leave, entry)
-    kappa = 1 - slip if slip >= 0 else 1 / (1 + slip)
-    tan_phi = np.tan(soil.friction_angle)
-
-    def sigma(theta):
-        read = theta if theta >= peak else entry - (theta - leave) / (peak - leave) * (entry - peak)
-        depth = max(0.0, r * (np.cos(read) - np.cos(entry)))
-        if law == "reece":
-            cohesive, frictional = soil.cohesion * soil.reece_cohesive_modulus, UNIT_WEIGHT * soil.reece_frictional_modulus
-            return (cohesive + frictional * b) * (depth / b) ** soil.sinkage_exponent
-        return (soil.cohesive_modulus / b + soil.frictional_modulus) * depth**soil.sinkage_exponent
-
-    def tau(theta):
-        j = r * ((entry - theta) - kappa * (np.sin(entry) - np.sin(theta)))
-        return (soil.cohesion + sigma(theta) * tan_phi) * np.sign(j) * -np.expm1(-abs(j) / soil.shear_modulus)
-
-    def over_contact(f):
-        pieces = [(peak, entry)] + ([(leave, peak)] if peak > leave else [])
-        return sum(quad(f, *piece, epsabs=1e-12, epsrel=1e-11, limit=400)[0] for piece in pieces)
-
-    normal = r * b * over_contact(lambda t: sigma(t) * np.cos(t) + tau(t) * np.sin(t))
-    pull = r * b * over_contact(lambda t: tau(t) * np.cos(t) - sigma(t) * np.sin(t))
-    return normal, pull, r * r * b * over_contact(tau)
-
-
 def random_soil(random):
     """Any soil that table `soil` allows in practice."""
     return replace(
@@ -133,14 +101,14 @@ def test_random_soils_wheels_and_slips_against_adaptive_quadrature(law):
         r = random.uniform(0.06, 0.4)
         b = random.uniform(0.3, 1.2) * r
         slip = float(np.round(random.uniform(-0.95, 1.0), 3))
-        load = textbook("bekker", soil, r, b, random.uniform(0.02, 0.25) * r, 0.0)[0]
+        load = forces("bekker", soil, r, b, random.uniform(0.02, 0.25) * r, 0.0)[0]
         try:
             got = wheel_under_load(law, asdict(soil) | {"unit_weight": UNIT_WEIGHT}, r, b, load, slip)
         except InputRefused:
             with pytest.raises(ValueError, match="different signs"):
-                brentq(lambda z, s=soil, r=r, b=b, slip=slip, w=load: textbook(law, s, r, b, z, slip)[0] - w, 1e-9 * r, r)
+                brentq(lambda z, s=soil, r=r, b=b, slip=slip, w=load: forces(law, s, r, b, z, slip, UNIT_WEIGHT)[0] - w, 1e-9 * r, r)
             continue
-        normal, pull, torque = textbook(law, soil, r, b, got["sinkage"], slip)
+        normal, pull, torque = forces(law, soil, r, b, got["sinkage"], slip, UNIT_WEIGHT)
         error = max(abs(normal - load), abs(pull - got["drawbar_pull"]), abs(torque - got["drive_torque"]) / r) / max(load, abs(pull))
         key = "driven" if slip >= 0 else "braked"
         worst[key] = max(worst[key], error)

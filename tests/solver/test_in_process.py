@@ -1,6 +1,5 @@
 """The module rille._solver: models that change without reading again, states, windows in batch."""
 
-
 import numpy as np
 import pytest
 from rille._solver import Model, Simulation, windows

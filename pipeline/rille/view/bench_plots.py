@@ -11,10 +11,13 @@ from rille.view.plots import COLORS, _figure
 STYLES = ("-", "--", "-.", ":")
 
 
-def plot_bench(curves: Sequence[tuple[str, BenchPoints]], path: Path, measured: BenchPoints | None = None, title: str = "") -> None:
-    """Lines of calculated series, one colour a load, one line style a series; measured points as dots in the colour of the nearest load.
+def plot_bench(
+    curves: Sequence[tuple[str, BenchPoints]], path: Path, measured: BenchPoints | None = None, title: str = "", dots: str = "measured"
+) -> None:
+    """Lines of calculated series, one colour a load, one line style a series; ``measured`` as dots in the colour of the nearest load.
 
     Panels: drawbar pull per load, side force per load (where there is any), drive torque, sinkage; those without a number are left out.
+    dots : what the dots are, for the legend.
     """
     loads = sorted({round(float(v), 6) for _, points in curves for v in points.load})
     panels = [("drawbar pull / load [-]", lambda p: p.drawbar_pull / p.load)]
@@ -49,7 +52,7 @@ def plot_bench(curves: Sequence[tuple[str, BenchPoints]], path: Path, measured: 
     handles = [Line2D([], [], color=colors[load], linewidth=3, label=f"{load:.3g} N") for load in loads]
     handles += [Line2D([], [], color="#333333", linestyle=STYLES[k % len(STYLES)], label=name) for k, (name, _) in enumerate(curves)]
     if measured is not None:
-        handles.append(Line2D([], [], color="#333333", marker="o", markerfacecolor="none", linestyle="", label="measured"))
+        handles.append(Line2D([], [], color="#333333", marker="o", markerfacecolor="none", linestyle="", label=dots))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(8, len(handles)), frameon=False, fontsize=9)
     if title:
         figure.suptitle(title, fontsize=11, x=0.01, ha="left")
