@@ -39,7 +39,7 @@ def test_the_energy_of_a_drive_balances_to_one_percent(make_model, slope):
     print(energy)
 
 
-def test_a_rock_and_the_soil_take_what_a_falling_box_brings(make_model):
+def test_a_falling_box_turns_potential_into_kinetic_energy(make_model):
     rover = Rover(bodies=(box("box", 5.0, (0, 0, 0), (0.2, 0.2, 0.2)),))
     scenario = free_space(duration=1.0, gravity=(0, 0, -9.81))
     simulation = Simulation(str(make_model(rover, scenario)))
