@@ -7,47 +7,15 @@ import shutil
 import signal
 import sqlite3
 import subprocess
-import sys
 import time
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from machines import cart, plane
+from command import RILLE, assert_refused, rille
 from rille import store
 from rille.model import Command, Scenario
-
-RILLE = str(Path(sys.executable).parent / "rille")
-
-
-def rille(*arguments, **options):
-    """Run the command to its end."""
-    return subprocess.run([RILLE, *map(str, arguments)], capture_output=True, text=True, timeout=300, check=False, **options)
-
-
-@pytest.fixture
-def model(tmp_path):
-    """Database with a cart that can drive for two seconds."""
-    path = tmp_path / "model.db"
-    rover = cart(5.0, 0.15, 0.165)
-    store.create(path)
-    store.write_rover(path, rover)
-    store.write_terrain(path, plane())
-    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
-    scenario = Scenario(name="go", duration=2, terrain="plane", placement="on_terrain", settle_time=2.0, commands=commands)
-    store.write_scenario(path, scenario)
-    return path
-
-
-def assert_refused(done, *words):
-    """Exit code 3, one sentence on stderr with the words, nothing on stdout."""
-    assert done.returncode == 3, done.stderr
-    assert done.stdout == ""
-    assert done.stderr.startswith("rille: ")
-    assert done.stderr.count("\n") == 1, done.stderr
-    for word in words:
-        assert word in done.stderr
 
 
 def test_run_prints_a_table_and_leaves_a_run(model):

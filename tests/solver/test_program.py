@@ -6,7 +6,9 @@ import sqlite3
 import subprocess
 import time
 from contextlib import closing
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from machines import cart, plane
@@ -127,6 +129,25 @@ def test_bad_values_are_sentences_and_exit_code_3(model, sql, word):
     assert done.stdout == ""
 
 
+def test_a_hole_in_the_terrain_is_a_sentence_at_the_start_and_an_outcome_on_the_way(model):
+    """Missing heights under the wheels at the start: refused. Met later: the run ends with what it has."""
+    heights = np.array(plane().heights)
+    commands = tuple(Command(drive=d.name, time=0.0, value=3.0) for d in cart(5.0, 0.15, 0.165).drives)
+    for x, expected in ((0.0, 3), (3.0, 4)):
+        holed = heights.copy()
+        holed[:, round((x + 12.0) / 1.0)] = np.nan
+        name = f"hole_at_{x:g}"
+        store.write_terrain(model, replace(plane(), name=name, heights=holed))
+        store.write_scenario(model, Scenario(name=name, duration=20, terrain=name, placement="on_terrain", commands=commands))
+        done = solver("run", model, "--scenario", name)
+        assert done.returncode == expected, done.stderr
+        assert "missing height" in done.stderr or "no height" in done.stderr
+        if expected == 4:
+            trace = store.read_trace(model)
+            assert trace.status == "left_terrain"
+            assert len(trace.time) > 10
+
+
 def test_an_effect_that_this_solver_does_not_have_is_refused_not_ignored(model):
     change(model, "INSERT INTO effect_kind VALUES (999, 'magic', 'body', 'body', 1, 'part.position', 'x', 'x', 'x')")
     change(model, "INSERT INTO effect_parameter VALUES (999, 'size', '1', 1, 0, 1, 1, 1, 'x')")
@@ -160,4 +181,4 @@ def test_usage_errors_are_code_2_and_help_is_0():
     assert solver("run").returncode == 2
     assert solver("dance").returncode == 2
     assert solver("--help").returncode == 0
-    assert "schema 1" in solver("version").stdout
+    assert f"schema {store.schema_version()}" in solver("version").stdout

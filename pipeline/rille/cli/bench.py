@@ -88,17 +88,17 @@ def bench(
         curves = [(f"{n}, {e}" if len(soils) > 1 else n, r.points) for e, n, r in series]
         title = f"r = {1e3 * shape.radius:.4g} mm, b = {1e3 * shape.width:.4g} mm, {', '.join(e.name for e in soils)}"
         plot_bench(curves, figure, points, title)
-    lines: list[str] = []
-    for earth_name, name, result in series:
-        some = simulate.bench_csv_lines(result.points, {"method": method, "soil": earth_name, "response": name})
-        lines += some[1 if lines else 0 :]
     if csv is not None:
+        lines: list[str] = []
+        for earth_name, name, result in series:
+            some = simulate.bench_csv_lines(result.points, {"method": method, "soil": earth_name, "response": name})
+            lines += some[1 if lines else 0 :]
         csv.write_text("\n".join(lines) + "\n")
     if as_json:
         print_json({"method": method, "series": [_facts(e, n, r) for e, n, r in series], "figure": figure, "csv": csv})
     else:
-        for line in lines:
-            print(line)
+        for earth_name, name, result in series:
+            _print_table(f"{name} on {earth_name}, {method.replace('_', '-')}", result)
     failed = sum(word != "done" for _, _, r in series for word in r.status)
     for file in (figure, csv):
         if file is not None:
@@ -107,6 +107,14 @@ def bench(
         say(f"rille: {failed} points have no value: the soil did not carry the wheel, or the rig did not settle (column status in --json)")
         return 4
     return 0
+
+
+def _print_table(title: str, result: Any) -> None:
+    print(f"{title}\n   load [N]  slip ratio  sinkage [mm]  drawbar pull [N]   per load  side force [N]  drive torque [N m]")
+    p = result.points
+    for k, status in enumerate(result.status):
+        values = f"{1e3 * p.sinkage[k]:13.3f} {p.drawbar_pull[k]:17.3f} {p.drawbar_pull[k] / p.load[k]:10.4f} {p.side_force[k]:15.3f} {p.drive_torque[k]:19.4f}"
+        print(f"{p.load[k]:11.4g} {p.slip_ratio[k]:11.3g} " + (values if status == "done" else f"{status:>13s}"))
 
 
 def _number(text: str) -> bool:
