@@ -113,8 +113,13 @@ def _print_table(title: str, result: Any) -> None:
     print(f"{title}\n   load [N]  slip ratio  sinkage [mm]  drawbar pull [N]   per load  side force [N]  drive torque [N m]")
     p = result.points
     for k, status in enumerate(result.status):
-        values = f"{1e3 * p.sinkage[k]:13.3f} {p.drawbar_pull[k]:17.3f} {p.drawbar_pull[k] / p.load[k]:10.4f} {p.side_force[k]:15.3f} {p.drive_torque[k]:19.4f}"
-        print(f"{p.load[k]:11.4g} {p.slip_ratio[k]:11.3g} " + (values if status == "done" else f"{status:>13s}"))
+        row = f"{p.load[k]:11.4g} {p.slip_ratio[k]:11.3g} "
+        if status == "done":
+            row += f"{1e3 * p.sinkage[k]:13.3f} {p.drawbar_pull[k]:17.3f} {p.drawbar_pull[k] / p.load[k]:10.4f} "
+            row += f"{p.side_force[k]:15.3f} {p.drive_torque[k]:19.4f}"
+        else:
+            row += f"{status:>13s}"
+        print(row)
 
 
 def _number(text: str) -> bool:

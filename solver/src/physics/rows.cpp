@@ -11,30 +11,6 @@ void RowSet::clear() {
   wrenches_.clear();
 }
 
-int RowSet::open(RowKind kind) {
-  Row row;
-  row.kind = kind;
-  row.first = static_cast<int>(index_.size());
-  rows_.push_back(row);
-  return size() - 1;
-}
-
-void RowSet::add(int dof, double value) {
-  index_.push_back(dof);
-  value_.push_back(value);
-  ++rows_.back().count;
-}
-
-double RowSet::dot(const Row& row, const Eigen::VectorXd& v) const {
-  double sum = 0;
-  for (int k = row.first; k < row.first + row.count; ++k) sum += value_[k] * v[index_[k]];
-  return sum;
-}
-
-void RowSet::add_scaled(const Row& row, double scale, Eigen::VectorXd& v) const {
-  for (int k = row.first; k < row.first + row.count; ++k) v[index_[k]] += scale * value_[k];
-}
-
 void RowSet::add_outer(const Row& row, Eigen::MatrixXd& matrix) const {
   // Dofs ascend within a row, so the pairs below the diagonal are those with the later row index.
   for (int a = row.first; a < row.first + row.count; ++a) {

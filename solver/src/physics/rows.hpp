@@ -49,8 +49,17 @@ class RowSet {
   void clear();
 
   // Starts a row and returns its index; its Jacobian follows by add().
-  int open(RowKind kind = RowKind::joint);
-  void add(int dof, double value);
+  int open(RowKind kind = RowKind::joint) {
+    Row& row = rows_.emplace_back();
+    row.kind = kind;
+    row.first = static_cast<int>(index_.size());
+    return size() - 1;
+  }
+  void add(int dof, double value) {
+    index_.push_back(dof);
+    value_.push_back(value);
+    ++rows_.back().count;
+  }
   // Remembers the open row's effect on a body, for the reactions in the joints.
   void add_wrench(const RowWrench& wrench) { wrenches_.push_back(wrench); }
   const std::vector<RowWrench>& wrenches() const { return wrenches_; }
@@ -59,9 +68,17 @@ class RowSet {
   const Row& operator[](int row) const { return rows_[static_cast<std::size_t>(row)]; }
   int size() const { return static_cast<int>(rows_.size()); }
 
-  double dot(const Row& row, const Eigen::VectorXd& v) const;               // J v
-  void add_scaled(const Row& row, double scale, Eigen::VectorXd& v) const;  // v += scale J^T
-  void add_outer(const Row& row, Eigen::MatrixXd& matrix) const;            // lower triangle of matrix += w J^T J
+  // J v
+  double dot(const Row& row, const Eigen::VectorXd& v) const {
+    double sum = 0;
+    for (int k = row.first; k < row.first + row.count; ++k) sum += value_[k] * v[index_[k]];
+    return sum;
+  }
+  // v += scale J^T
+  void add_scaled(const Row& row, double scale, Eigen::VectorXd& v) const {
+    for (int k = row.first; k < row.first + row.count; ++k) v[index_[k]] += scale * value_[k];
+  }
+  void add_outer(const Row& row, Eigen::MatrixXd& matrix) const;  // lower triangle of matrix += w J^T J
 
  private:
   std::vector<Row> rows_;
