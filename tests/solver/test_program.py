@@ -117,6 +117,8 @@ def test_kill_in_mid_run_loses_at_most_the_open_chunk(model):
             "INSERT INTO watch (scenario_id, name, quantity, target, above, action) VALUES (1, 'w', 'part.speed', 'chassis', 1, 'stop')",
             "part.speed",
         ),
+        ("INSERT INTO watch (scenario_id, name, event, action) VALUES (1, 'w', 'stcuk', 'stop')", "never happens"),
+        ("INSERT INTO watch (scenario_id, name, event, target, action) VALUES (1, 'w', 'stuck', 'chasis', 'stop')", "chasis"),
         ("INSERT INTO sensor VALUES (1, 's', 'joint.velocity', 'knee', 50, 'world')", "knee"),
     ],
 )

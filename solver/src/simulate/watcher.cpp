@@ -1,9 +1,13 @@
 #include "simulate/watcher.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "model/error.hpp"
 
 namespace rille {
 namespace {
@@ -15,6 +19,19 @@ constexpr double kStuckWindow = 5;        // [s]
 constexpr double kStuckShare = 0.1;       // [-] of the path of the rims
 constexpr double kTurning = 1e-3;         // [m/s] of a rim
 
+constexpr const char* kEvents[] = {"contact_begin", "contact_end", "drive_saturated", "limit_reached", "stuck", "tip_over", "watch", "wheel_spinning"};
+
+// A misspelt event or target would wait for ever.
+void require_event(const Watch& watch, const Scenario& scenario, const Rover& rover) {
+  if (std::find(std::begin(kEvents), std::end(kEvents), watch.event) == std::end(kEvents))
+    throw InputRefused(fmt::format("watch '{}' waits for the event '{}', which never happens; known: {}", watch.name, watch.event, fmt::join(kEvents, ", ")));
+  if (watch.target.empty()) return;
+  const auto has = [&](const auto& items) { return std::any_of(items.begin(), items.end(), [&](const auto& item) { return item.name == watch.target; }); };
+  if (!has(rover.bodies) && !has(rover.joints) && !has(rover.wheels) && !has(rover.drives) && !has(scenario.watches))
+    throw InputRefused(fmt::format("watch '{}' waits for '{}' of '{}', but the model has no body, joint, wheel or drive of this name", watch.name,
+                                   watch.event, watch.target));
+}
+
 }  // namespace
 
 Watcher::Watcher(const Model& model) : model_(&model), spinning_for_(model.rover.wheels.size(), 0.0), window_from_(model.rover.wheels.size(), Eigen::Vector3d::Zero()) {
@@ -24,7 +41,9 @@ Watcher::Watcher(const Model& model) : model_(&model), spinning_for_(model.rover
     if (!carried[b]) root_ = static_cast<int>(b);
   for (const Watch& watch : model.scenario.watches) {
     State state{&watch, {}};
-    if (watch.event.empty()) {
+    if (!watch.event.empty()) {
+      require_event(watch, model.scenario, model.rover);
+    } else {
       state.quantity.emplace_back(model.rover, watch.quantity, watch.target, false, "watch '" + watch.name + "'");
       if (watch.component < 0 || watch.component >= state.quantity[0].size())
         throw InputRefused(fmt::format("watch '{}' compares component {} of {}, which has {}; count from 0", watch.name, watch.component,
