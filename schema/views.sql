@@ -10,6 +10,11 @@ CREATE VIEW joint_trace AS
   SELECT run_id, time, joint.name AS joint, position, velocity, effort, work
   FROM joint_state JOIN joint ON joint.id = joint_id;
 
+DROP VIEW IF EXISTS drive_trace;
+CREATE VIEW drive_trace AS  -- effort [N m or N], speed, power [W] and work [J] of every drive
+  SELECT run_id, time, drive.name AS drive, effort, velocity, effort * velocity AS power, work
+  FROM joint_state JOIN drive USING (joint_id);
+
 DROP VIEW IF EXISTS wheel_trace;
 CREATE VIEW wheel_trace AS
   SELECT run_id, time, wheel.name AS wheel, wheel_state.x, wheel_state.y, wheel_state.z, ground_height, slip_ratio, slip_angle,

@@ -162,6 +162,29 @@ def test_a_bad_scenario_file_is_refused(tmp_path, model):
         assert model.read_bytes() == before
 
 
+def test_commands_come_from_a_table(tmp_path, model):
+    """A drive stands, turns by 90 deg/s for a second, stands: 1.57 rad, less the ramp of one step."""
+    table, file = tmp_path / "commands.csv", tmp_path / "s.toml"
+    file.write_text('name = "s"\nduration = "2 s"\nterrain = "plane"\ncommand_table = "commands.csv"\n')
+    table.write_text("time,wheel_* [deg/s],wheel_front_left [deg/s]\n0,0,\n0.5,90,\n1.5,0,\n1.0,,90\n")
+    assert rille("run", model, "--scenario", file).returncode == 0
+    trace = store.read_trace(model)
+    assert trace.joints[0].position[-1] == pytest.approx(1.5708, abs=0.01)
+    for text, words in (
+        ("time,whel_* [deg/s]\n0,1\n", ("whel_*", "wheel_")),
+        ("time,wheel_* [kg]\n0,1\n", ("kg",)),
+        ("time,wheel_*\n0,fast\n", ("line 2", "fast")),
+        ("time,wheel_*\n0,nan\n", ("line 2", "nan")),
+        ("time,wheel_*\n,1\n", ("line 2", "no time")),
+        ("time,wheel_*\n0,1,2\n", ("line 2", "3 cells")),
+        ("wheel_*\n1\n", ("header",)),
+    ):
+        table.write_text(text)
+        assert_refused(rille("run", model, "--scenario", file), *words)
+    table.unlink()
+    assert_refused(rille("run", model, "--scenario", file), "commands.csv")
+
+
 def test_usage_is_2_and_a_bug_is_1(model, tmp_path):
     assert rille("run").returncode == 2
     assert rille("dance").returncode == 2

@@ -1,5 +1,6 @@
 """Scenario files (TOML) -> Scenario."""
 
+import csv
 import fnmatch
 import math
 from collections.abc import Sequence
@@ -65,6 +66,7 @@ class _ScenarioSheet(Sheet):
     start: _Start = _Start()
     initial_state: list[_InitialState] = []
     command: list[_Command] = []
+    command_table: str | None = None
     watch: list[_Watch] = []
 
 
@@ -103,6 +105,8 @@ def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
         to_si(sheet.start.z or 0.0, "length", f"start.z {what}"),
     )
     commands = [c for entry in sheet.command for c in _commands(entry, sheet.name, drive_modes)]
+    if sheet.command_table is not None:
+        commands += read_command_table(Path(path).parent / sheet.command_table, drive_modes)
     settle = sheet.settle_time if sheet.settle_time is not None else (10.0 if on_terrain else 0.0)
     vx, vy, vz = (to_si(v, "speed", f"start.velocity {what}") for v in sheet.start.velocity)
     wx, wy, wz = (to_si(v, "angular_speed", f"start.angular_velocity {what}") for v in sheet.start.angular_velocity)
@@ -169,6 +173,55 @@ def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> li
             expected = UNITS_OF_MODE[drive_modes[drive]]
             commands.append(Command(drive=drive, time=time, value=_in_units(entry.value, expected, f"the command of drive '{drive}'")))
     return commands
+
+
+def read_command_table(path: Path, drive_modes: dict[str, str]) -> list[Command]:
+    """Commands from a CSV: a column ``time`` [s] and one for each drive, or pattern of drives, ``wheel_* [deg/s]``; SI without a unit.
+
+    A set value holds until the next row that has one; an empty cell commands nothing.
+
+    Raises
+    ------
+    InputRefused : for a file that cannot be read, a column that is no drive, a cell that is no number or has the wrong unit.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputRefused(f"the command_table '{path}' cannot be read: {error}") from error
+    header = [name.strip() for name in rows[0]] if rows else []
+    if not header or header[0].partition(" ")[0] != "time":
+        raise InputRefused(f"the command_table '{path}' must begin with a header: time, then names of drives")
+    columns = [(name, unit.strip(" ]") or None) for name, _, unit in (column.partition("[") for column in header)]
+    commands = []
+    for line, row in enumerate(rows[1:], start=2):
+        if len(row) > len(header):
+            raise InputRefused(f"line {line} of '{path}' has {len(row)} cells, the header {len(header)}")
+        numbers = [_cell(cell, f"line {line}, column '{name.strip()}' of '{path}'") for cell, (name, _) in zip(row, columns, strict=False)]
+        if not numbers or numbers[0] is None:
+            if any(number is not None for number in numbers):
+                raise InputRefused(f"line {line} of '{path}' has no time")
+            continue
+        for number, (name, unit) in zip(numbers[1:], columns[1:], strict=False):
+            if number is not None:
+                value = number if unit is None else f"{number!r} {unit}"
+                entry = _Command(
+                    drives=[name.strip()], time=numbers[0] if columns[0][1] is None else f"{numbers[0]!r} {columns[0][1]}", value=value
+                )
+                commands += _commands(entry, path.name, drive_modes)
+    return commands
+
+
+def _cell(text: str, what: str) -> float | None:
+    if not text.strip():
+        return None
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputRefused(f"{what} is '{text.strip()}', which is no number")
+    return number
 
 
 def _in_units(value: Number, units: Sequence[str], what: str) -> float:

@@ -1,19 +1,16 @@
 """How channels answer to parameters: derivatives of short windows, by central differences over threads."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-if TYPE_CHECKING:
-    from rille._solver import Model  # pyright: ignore[reportAttributeAccessIssue]
 
 Channel = tuple[str, str, int]  # quantity, target, component
 
 
 def sensitivities(
-    model: "Model",
+    model: Any,
     steps: Mapping[str, float],
     motions: ArrayLike,
     *,
@@ -28,7 +25,7 @@ def sensitivities(
 
     Parameters
     ----------
-    model : of ``rille._solver``; not changed.
+    model : a ``rille._solver.Model``; not changed.
     steps : parameter (a name of ``model.parameters()``) -> step d [unit of the parameter]. The error is of second order in d: a step of
         1e-3 of the value is usually good; where a stick or a limit lies between both sides, the difference is a secant.
     motions : (n_windows, 8 + n_q + n_v), rows of ``Simulation.motion()``.
@@ -42,7 +39,7 @@ def sensitivities(
     ------
     InputRefused : for a parameter that the model does not have, or one that leaves its bounds by the step.
     """
-    from rille._solver import windows  # pyright: ignore[reportAttributeAccessIssue]
+    from rille import _solver  # pyright: ignore[reportAttributeAccessIssue]
 
     models = []
     for name, step in steps.items():
@@ -51,6 +48,6 @@ def sensitivities(
             changed.set(name, model.get(name) + side)
             models.append(changed)
     rows = np.ascontiguousarray(np.atleast_2d(np.asarray(motions, dtype=float)))
-    answers = windows(models, rows, n_steps, every, list(channels), threads=threads)
+    answers = _solver.windows(models, rows, n_steps, every, list(channels), threads=threads)
     widths = 2 * np.array(list(steps.values()))
     return (answers[0::2] - answers[1::2]) / widths[:, None, None, None]

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from rille.model import Rover, Trace
+from rille.model import JointTrace, Rover, Trace
 
 MOVING = 1e-4  # [m/s] below this speed of rim and centre a wheel's slip is not counted (the solver reports 0 there)
 
@@ -25,11 +25,23 @@ class WheelSummary:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DriveSummary:
+    """A drive in numbers. peak_effort : [N m or N]. mean_power, peak_power : effort times speed [W], the peak in size. work : [J]."""
+
+    name: str
+    peak_effort: float
+    mean_power: float
+    peak_power: float
+    work: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
     """A run in numbers.
 
     duration : [s]. distance : length of the path of the root body (of the fastest body, if the root is held) [m].
     energy : work done by all drives [J]; regenerated work counts negative. max_sinkage : [m], None without wheels.
+    balance : where the energy went [J], columns of table ``energy_state`` at the end; None for a run without them.
     """
 
     status: str
@@ -38,6 +50,8 @@ class Summary:
     energy: float
     max_sinkage: float | None
     wheels: tuple[WheelSummary, ...]
+    drives: tuple[DriveSummary, ...]
+    balance: dict[str, float] | None
 
     def as_dict(self) -> dict:
         """For JSON."""
@@ -55,6 +69,7 @@ class Summary:
                 f"{'energy of the drives':<24} {self.energy:.1f} J"
                 + (f" ({self.energy / self.distance:.1f} J/m)" if self.distance > 0.01 else "")
             )
+            lines += self._balance_lines()
             lines.append(f"{'maximal sinkage':<24} {1e3 * (self.max_sinkage or 0):.1f} mm")
             lines.append("")
             lines.append(f"{'wheel':<24} {'mean slip ratio':>15} {'max sinkage':>14} {'mean load':>12} {'mean torque':>14}")
@@ -64,6 +79,26 @@ class Summary:
                     f"{wheel.mean_drive_torque:10.2f} N m"
                 )
             lines.append("")
+        return lines
+
+    def _balance_lines(self) -> list[str]:
+        lines = []
+        if self.balance is not None:
+            b = self.balance
+            parts = {
+                "soil": b["soil_loss"],
+                "joints": b["joint_loss"],
+                "rocks": b["contact_loss"],
+                "height": b["potential"],
+                "motion": b["kinetic"],
+                "other forces": -b["external_work"],
+            }
+            went = ", ".join(f"{name} {value:.1f}" for name, value in parts.items() if abs(value) >= 0.05)
+            scale = max(abs(b["drive_work"]), *(abs(value) for value in parts.values()), 1e-9)
+            lines.append(f"{'  went into [J]':<24} {went or 'nothing'}; open {100 * abs(b['residual']) / scale:.2g} %")
+        if self.drives:
+            most = max(self.drives, key=lambda drive: abs(drive.peak_power))
+            lines.append(f"{'peak power of a drive':<24} {most.peak_power:.2f} W ({most.name})")
         return lines
 
 
@@ -99,4 +134,20 @@ def summary(trace: Trace, rover: Rover) -> Summary:
         energy=float(sum(joint.work[-1] for joint in trace.joints if len(joint.work))),
         max_sinkage=max((wheel.max_sinkage for wheel in wheels), default=None),
         wheels=tuple(wheels),
+        drives=tuple(_drive(drive.name, spins[drive.joint], trace.time) for drive in rover.drives if drive.joint in spins),
+        balance={name: float(values[-1]) for name, values in asdict(trace.energy).items()} if trace.energy else None,
+    )
+
+
+def _drive(name: str, joint: JointTrace, time: np.ndarray) -> DriveSummary:
+    if len(time) == 0:
+        return DriveSummary(name=name, peak_effort=0.0, mean_power=0.0, peak_power=0.0, work=0.0)
+    power = joint.effort * joint.velocity
+    work = float(joint.work[-1])
+    return DriveSummary(
+        name=name,
+        peak_effort=float(joint.effort[np.argmax(np.abs(joint.effort))]),
+        mean_power=work / float(time[-1]) if time[-1] > 0 else 0.0,
+        peak_power=float(power[np.argmax(np.abs(power))]),
+        work=work,
     )
