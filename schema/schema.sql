@@ -495,12 +495,12 @@ CREATE TABLE wheel_state (
   z REAL NOT NULL,                                                  -- [m] centre in W
   ground_height REAL NOT NULL,                                      -- [m] height of the undisturbed terrain below the centre
   slip_ratio REAL NOT NULL CHECK (slip_ratio BETWEEN -1 AND 1),     -- [-] 1 - v/(r w) driving, (r w)/v - 1 braking
-  slip_angle REAL NOT NULL,                                         -- [rad] direction of travel against the wheel's plane
+  slip_angle REAL NOT NULL,                                         -- [rad] direction of travel against the wheel's plane, to the left positive
   sinkage REAL NOT NULL,                                            -- [m] depth of the lowest point of the rim; 0 in the air
   normal_load REAL NOT NULL,                                        -- [N] soil's force on the wheel along the ground's normal
-  drawbar_pull REAL NOT NULL,                                       -- [N] soil's force on the wheel along its heading
-  side_force REAL NOT NULL,                                         -- [N] soil's force on the wheel along its axle
-  drive_torque REAL NOT NULL,                                       -- [N m] torque that the soil's shear asks of the axle
+  drawbar_pull REAL NOT NULL,                                       -- [N] soil's force on the wheel along its heading (forward in M)
+  side_force REAL NOT NULL,                                         -- [N] soil's force on the wheel along its axle, to the left
+  drive_torque REAL NOT NULL,                                       -- [N m] torque that the soil's shear asks of the axle; positive where it drives forward, whichever way the joint's axis points
   PRIMARY KEY (run_id, time, wheel_id)
 ) STRICT, WITHOUT ROWID;
 

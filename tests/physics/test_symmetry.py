@@ -57,6 +57,18 @@ def test_a_turned_world_gives_the_turned_path(make_model):
     assert np.array([-one[8], one[7], one[9]]) == pytest.approx(two[7:10], abs=1e-7)
 
 
+def test_a_wheel_heads_forward_whichever_way_its_joint_was_drawn(make_model):
+    """Axes of the right wheels reversed, and their commands: the same drive, and the same forces of the wheels in sign and size."""
+    rover = cart(5.0, 0.15, 0.165)
+    mirrored = replace(rover, joints=tuple(replace(j, axis=(0, -1, 0)) if "right" in j.name else j for j in rover.joints))
+    speeds = {"left": 1.2, "right": 0.8}
+    one = Simulation(str(make_model(rover, drive_scenario(rover, speeds), plane(0.05))))
+    two = Simulation(str(make_model(mirrored, drive_scenario(rover, speeds | {"right": -0.8}), plane(0.05))))
+    assert final_pose(one) == pytest.approx(final_pose(two), abs=1e-9)
+    assert one.wheels() == pytest.approx(two.wheels(), abs=1e-7)
+    assert np.sign(two.joints()[:, 2]).tolist() == [1, -1, 1, -1]  # a joint's effort stays about its own axis
+
+
 def test_same_database_in_same_results_out(make_model, tmp_path):
     """Two runs of two copies of one database leave identical files, byte for byte."""
     from shutil import copyfile

@@ -21,19 +21,21 @@ constexpr double kTravelShare = 0.01;
 
 WheelContact::WheelContact(const Rover& rover, const Terrain& terrain, int wheel, WheelEffects& effects)
     : wheel_(&rover.wheels[static_cast<std::size_t>(wheel)]),
-      joint_(&rover.joints[static_cast<std::size_t>(wheel_->joint)]),
       terrain_(&terrain),
       ground_(terrain),
       index_(wheel),
-      body_(joint_->child),
-      effects_(&effects) {}
+      effects_(&effects) {
+  const Joint& joint = rover.joints[static_cast<std::size_t>(wheel_->joint)];
+  body_ = joint.child;
+  axle_in_model_ = joint.axis.y() < 0 ? Vector3d(-joint.axis) : joint.axis;
+}
 
 ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, double h, RowSet& rows, RigidContacts& rigid, Ruts* ruts) {
   first_row_ = -1;
   n_rows_ = 0;
   const double radius = wheel_->radius;
   const Vector3d center = mechanism.to_world(body_, wheel_->center);
-  const Vector3d axle = mechanism.rotate_to_world(body_, joint_->axis);
+  const Vector3d axle = mechanism.rotate_to_world(body_, axle_in_model_);
   state_ = WheelState{};
   state_.center = center;
 

@@ -56,11 +56,11 @@ class WheelContact {
   void mark(Ruts& ruts, double sinkage, double pressure, const Eigen::Vector2d& left);
 
   const Wheel* wheel_;
-  const Joint* joint_;
   const Terrain* terrain_;
   Ground ground_;
   int index_;
-  int body_;
+  int body_ = -1;
+  Eigen::Vector3d axle_in_model_;             // to the left of the machine, whichever way the joint's axis points: heads forward
   WheelState state_;
   WheelEffects* effects_;
   Eigen::Vector3d up_, ahead_, axle_;         // frame of the wheel in this step
