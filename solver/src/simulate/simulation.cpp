@@ -20,7 +20,8 @@ using Eigen::VectorXd;
 constexpr double kRigidity = 1e7;
 constexpr double kLimitReturnSpeed = 1.0;  // [rad/s or m/s] largest speed at which a violated limit is restored
 constexpr double kSaturationTime = 0.5;    // [s] a drive at its limit for so long is worth an event; starting up is not
-constexpr double kRestSpeed = 1e-4;        // [m/s, rad/s] slower than this everywhere counts as settled
+constexpr double kRestSpeed = 1e-4;        // [m/s, rad/s] slower than this everywhere ...
+constexpr double kRestTime = 0.1;          // [s] ... for so long counts as settled: where a bounce turns, all is slow for a moment
 constexpr double kLargestSpeed = 1e6;      // [m/s, rad/s] beyond this a state counts as diverged
 constexpr double kStartOverlap = 5e-3;     // [m] deeper inside a rock nothing may start
 constexpr double kStuckLook = 0.01;        // [s] between looks for tip-over and the like
@@ -418,15 +419,16 @@ void Simulation::look(double h) {
 Outcome Simulation::settle(const std::function<bool()>& keep_going) {
   const double h = model_->scenario.step;
   const auto most = static_cast<long long>(std::llround(model_->scenario.settle_time / h));
-  const auto least = std::min(most, static_cast<long long>(std::ceil(0.2 / h)));
-  long long taken = 0;
+  const auto rest_steps = std::min(most, static_cast<long long>(std::ceil(kRestTime / h)));
+  long long taken = 0, slow = 0;
   bool at_rest = false;
   while (taken < most && outcome_ == Outcome::running && !at_rest) {
     if (keep_going && !keep_going())
       return fail(Outcome::interrupted, fmt::format("interrupted after {:.3f} s of settling, before t = 0", static_cast<double>(taken) * h));
     advance(true, false);
     ++taken;
-    at_rest = taken >= least && mechanism_.velocity().cwiseAbs().maxCoeff() < kRestSpeed;
+    slow = mechanism_.velocity().cwiseAbs().maxCoeff() < kRestSpeed ? slow + 1 : 0;
+    at_rest = slow >= rest_steps;
   }
   steps_ = 0;
   holding_ = false;
