@@ -61,11 +61,74 @@ bool RowSolver::solve_on_set(const Eigen::MatrixXd& mass_matrix, const RowSet& r
   return true;
 }
 
+bool RowSolver::update_sides(RowSet& rows, const Eigen::VectorXd& v_free, const Eigen::VectorXd& change) {
+  // A stiff row turns the rounding of speeds into impulses; what lies within that is no reason to change the set, or it would cycle.
+  const double rounding = 1e-14 * (v_free.lpNorm<Eigen::Infinity>() + change.lpNorm<Eigen::Infinity>());
+  bool changed = false;
+  for (int i = 0; i < rows.size(); ++i) {
+    Row& row = rows[i];
+    if (row.weight == 0) continue;
+    if (row.lower == row.upper) {  // a given impulse
+      impulse_[i] = row.lower;
+      continue;
+    }
+    const double wanted = row.weight * (residual_[i] - rows.dot(row, change));
+    const double slack = row.weight * rounding;
+    RowSide side = row.side;
+    if (side == RowSide::free) {
+      if (wanted < row.lower - slack) side = RowSide::at_lower;
+      if (wanted > row.upper + slack) side = RowSide::at_upper;
+    } else if (wanted < row.lower - slack) {
+      side = RowSide::at_lower;
+    } else if (wanted > row.upper + slack) {
+      side = RowSide::at_upper;
+    } else if (side == RowSide::at_lower ? wanted > row.lower + slack : wanted < row.upper - slack) {
+      side = RowSide::free;
+    }
+    impulse_[i] = std::clamp(wanted, row.lower, row.upper);
+    changed = changed || side != row.side;
+    row.side = side;
+  }
+  return changed;
+}
+
+double RowSolver::line_search(const Eigen::MatrixXd& mass_matrix, const RowSet& rows, const Eigen::VectorXd& from, const Eigen::VectorXd& direction) {
+  const auto mass = mass_matrix.selfadjointView<Eigen::Lower>();
+  const Eigen::VectorXd md = mass * direction;
+  const double constant = md.dot(from), slope = md.dot(direction);
+  struct Line {
+    double wanted, fall, lower, upper, along;  // impulse wanted at 0, its decrease per unit, bounds, J d
+  };
+  std::vector<Line> lines;
+  std::vector<double> kinks = {1.0};
+  for (int i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    if (row.weight == 0) continue;
+    const double along = rows.dot(row, direction);
+    const Line line{row.weight * (residual_[i] - rows.dot(row, from)), row.weight * along, row.lower, row.upper, along};
+    lines.push_back(line);
+    if (line.fall == 0) continue;
+    for (const double bound : {row.lower, row.upper})
+      if (const double at = (line.wanted - bound) / line.fall; at > 0 && at < 1) kinks.push_back(at);
+  }
+  const auto derivative = [&](double at) {
+    double sum = constant + at * slope;
+    for (const Line& line : lines) sum -= std::clamp(line.wanted - at * line.fall, line.lower, line.upper) * line.along;
+    return sum;
+  };
+  if (derivative(1) <= 0) return 1;
+  // The derivative grows and is straight between kinks: the first kink where it is above 0, then a straight line.
+  std::sort(kinks.begin(), kinks.end());
+  const auto right = std::partition_point(kinks.begin(), kinks.end(), [&](double at) { return derivative(at) <= 0; });
+  const double high = *right, low = right == kinks.begin() ? 0 : *(right - 1);
+  const double at_low = derivative(low), at_high = derivative(high);
+  return at_low >= 0 ? low : low + (high - low) * at_low / (at_low - at_high);
+}
+
 bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows,
                       Eigen::VectorXd& v) {
-  constexpr int kBlockPivots = 10;
+  constexpr int kFullSteps = 10, kSearchedSteps = 200;
   const int n_rows = rows.size();
-  const int most_pivots = kBlockPivots + 20 * n_rows + 20;
   residual_.resize(n_rows);
   impulse_.setZero(n_rows);
   hard_.clear();
@@ -76,31 +139,19 @@ bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd&
   }
 
   bool settled = false;
-  for (int pivot = 0; pivot < most_pivots && !settled; ++pivot) {
+  for (int k = 0; k < kFullSteps && !settled; ++k) {
     if (!solve_on_set(mass_matrix, rows)) return false;
-    settled = true;
-    // A stiff row turns the rounding of speeds into impulses; what lies within that is no reason to change the set, or it would cycle.
-    const double rounding = 1e-14 * (v_free.lpNorm<Eigen::Infinity>() + change_.lpNorm<Eigen::Infinity>());
-    for (int i = 0; i < n_rows; ++i) {
-      Row& row = rows[i];
-      if (row.weight == 0) continue;
-      if (row.lower == row.upper) {  // a given impulse
-        impulse_[i] = row.lower;
-        continue;
-      }
-      const double wanted = row.weight * (residual_[i] - rows.dot(row, change_));
-      RowSide side = row.side;
-      if (side == RowSide::free) {
-        if (wanted < row.lower - row.weight * rounding) side = RowSide::at_lower;
-        if (wanted > row.upper + row.weight * rounding) side = RowSide::at_upper;
-      } else if (side == RowSide::at_lower ? wanted > row.lower + row.weight * rounding : wanted < row.upper - row.weight * rounding) {
-        side = RowSide::free;
-      }
-      impulse_[i] = std::clamp(wanted, row.lower, row.upper);
-      if (side == row.side) continue;
-      row.side = side;
-      settled = false;
-      if (pivot >= kBlockPivots) break;
+    settled = !update_sides(rows, v_free, change_);
+  }
+  if (!settled) {
+    Eigen::VectorXd at = change_;  // meets the hard rows, and so does every point on the way to another solution
+    for (int k = 0; k < kSearchedSteps && !settled; ++k) {
+      if (!solve_on_set(mass_matrix, rows)) return false;
+      settled = !update_sides(rows, v_free, change_);
+      if (settled) break;
+      const Eigen::VectorXd direction = change_ - at;
+      at += line_search(mass_matrix, rows, at, direction) * direction;
+      update_sides(rows, v_free, at);
     }
   }
   for (std::size_t k = 0; k < hard_.size(); ++k) impulse_[hard_[k]] = multiplier_[static_cast<Eigen::Index>(k)];

@@ -4,10 +4,11 @@
 //   f_i = clamp(w_i (target_i - J_i v), lower_i, upper_i)          soft row, w_i > 0: motor, limit, soil, friction
 //   J_i v = target_i                                               hard row: differential, gear
 //   M (v - v_free) = Sum_i J_i^T f_i                               f_i: impulse of the step
-// M is positive definite, so the solution exists and is unique. It is found by an active set: rows that are not clamped
-// add w J^T J to M, clamped ones a constant impulse; one Cholesky factorisation per change of the set, usually one per step.
-// Pivoting: all violated rows at once (Judice & Pires 1992), then one by one in order of their index (Murty 1974), which
-// always terminates.
+// M is positive definite, so the solution exists and is unique: v minimises a strongly convex function that is piecewise quadratic,
+//   1/2 (v - v_free)^T M (v - v_free) + Sum psi_i(J_i v),   psi_i' = -f_i.
+// It is found by Newton's method, which here is an active set: rows that are not clamped add w J^T J to M, clamped ones a constant impulse; one
+// Cholesky factorisation per change of the set, usually one per step. Where full steps do not settle, exact line searches make the method
+// converge from anywhere in finitely many steps (Sun 1997, "On piecewise quadratic Newton and trust region problems").
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -99,6 +100,10 @@ class RowSolver {
 
  private:
   bool solve_on_set(const Eigen::MatrixXd& mass_matrix, const RowSet& rows);
+  // Sides and impulses of the rows at a change of velocity; whether a side changed.
+  bool update_sides(RowSet& rows, const Eigen::VectorXd& v_free, const Eigen::VectorXd& change);
+  // Where on the way from a change of velocity along a direction, in (0, 1], the function is least.
+  double line_search(const Eigen::MatrixXd& mass_matrix, const RowSet& rows, const Eigen::VectorXd& from, const Eigen::VectorXd& direction);
 
   Eigen::MatrixXd stiffened_;   // M + Sum w J^T J over the free rows, overwritten by its factor
   Eigen::VectorXd change_;      // v - v_free
