@@ -109,6 +109,22 @@ def test_a_window_goes_on_as_the_run_did(path):
     assert window == pytest.approx(ahead, rel=1e-9, abs=1e-12)
 
 
+def test_a_window_with_slip_sinkage_starts_as_deep_as_the_run_was(path):
+    """What the soil remembers is no motion; a window that starts in steady rolling takes it from there.
+
+    The run has not quite reached its steady slip after 8 s: 1 % of the sinkage.
+    """
+    model = Model(path)
+    model.set_effects(rows(Effect(kind="slip_sinkage", parameters={"slip_gain": 0.5})))
+    simulation = Simulation(model)
+    simulation.settle()
+    simulation.step(8000)
+    motion = simulation.motion()
+    ahead = simulation.sample(200, 50, CHANNELS)
+    window = windows([model], motion, 200, 50, CHANNELS)[0, 0]
+    assert window[:, 0] == pytest.approx(ahead[:, 0], rel=0.01)
+
+
 def test_inverse_dynamics_gives_back_the_efforts(path):
     """The accelerations of a step, put into inverse dynamics at its end, ask for the efforts of its drives.
 

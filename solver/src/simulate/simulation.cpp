@@ -551,6 +551,7 @@ void Simulation::start_at(double time, const MechanismState& motion) {
   read_commands();
   for (std::size_t b = 0; b < effects_->bodies.size(); ++b)
     for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
+  for (WheelContact& contact : contacts_) contact.assume_steady();
   start_accounts();
   outcome_ = Outcome::running;
   message_.clear();

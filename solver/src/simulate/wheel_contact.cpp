@@ -113,6 +113,11 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
       const double reach = std::sqrt(2 * radius * sinkage) + 2 * ruts->posting();
       site.rut_depth = ruts->depth(place + slip.direction * reach * heading, left, wheel_->width);
     }
+    if (assume_steady_ && rolls) {
+      site.slip = slip;
+      site.sinkage = sinkage;
+      for (auto& effect : *effects_) effect->settle(site);
+    }
     const auto react_to = [&](const Slip& motion) {
       site.slip = motion;
       site.soil = soil;
@@ -128,6 +133,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
     local_sinkage = radius * (1 - std::cos(reaction.entry_angle));
     if (load <= 0) return ContactStatus::in_air;
   }
+  assume_steady_ = false;
   if (ruts != nullptr) mark(*ruts, sinkage, reaction.peak_stress, left);
 
   const double shear = (reaction.torque - reaction.rolling_torque) / radius;  // S in the direction of travel

@@ -44,8 +44,10 @@ class WheelContact {
 
   const WheelState& state() const { return state_; }
   int body() const { return body_; }
+  // The next step takes memories of effects from steady rolling as the wheel moves then: a window that starts in mid-run.
+  void assume_steady() { assume_steady_ = true; }
   void visit(Archive& archive) {
-    archive(sides_, marked_at_, marked_sinkage_);
+    archive(assume_steady_, sides_, marked_at_, marked_sinkage_);
     for (auto& effect : *effects_) effect->visit(archive);
   }
 
@@ -68,6 +70,7 @@ class WheelContact {
   int n_rows_ = 0;
   Eigen::Vector2d marked_at_ = Eigen::Vector2d::Constant(1e30);  // [m] where the rut was marked last
   double marked_sinkage_ = 0;                 // [m]
+  bool assume_steady_ = false;
   std::array<RowSide, kRows> sides_ = {};     // sides of the last step, where the active set starts
 };
 
