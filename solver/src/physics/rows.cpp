@@ -125,9 +125,29 @@ double RowSolver::line_search(const Eigen::MatrixXd& mass_matrix, const RowSet& 
   return at_low >= 0 ? low : low + (high - low) * at_low / (at_low - at_high);
 }
 
+bool RowSolver::iterate(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows, int most, bool search, bool& settled) {
+  Eigen::VectorXd at;  // meets the hard rows from the first full step on, and so does every point on the way to another solution
+  settled = false;
+  for (int k = 0; k < most; ++k) {
+    if (!solve_on_set(mass_matrix, rows)) return false;
+    settled = !update_sides(rows, v_free, change_);
+    if (settled) return true;
+    if (!search) continue;
+    if (k == 0) {
+      at = change_;
+    } else {
+      const Eigen::VectorXd direction = change_ - at;
+      at += line_search(mass_matrix, rows, at, direction) * direction;
+      update_sides(rows, v_free, at);
+    }
+  }
+  return true;
+}
+
 bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows,
                       Eigen::VectorXd& v) {
-  constexpr int kFullSteps = 10, kSearchedSteps = 200;
+  constexpr int kFullSteps = 10, kSearchedSteps = 60;
+  constexpr double kSoftest = 10, kStiffer = 10;  // [kg] largest weight of the first of the softer problems; their ratio
   const int n_rows = rows.size();
   residual_.resize(n_rows);
   impulse_.setZero(n_rows);
@@ -139,19 +159,17 @@ bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd&
   }
 
   bool settled = false;
-  for (int k = 0; k < kFullSteps && !settled; ++k) {
-    if (!solve_on_set(mass_matrix, rows)) return false;
-    settled = !update_sides(rows, v_free, change_);
-  }
+  if (!iterate(mass_matrix, v_free, rows, kFullSteps, false, settled)) return false;
+  if (!settled && !iterate(mass_matrix, v_free, rows, kSearchedSteps, true, settled)) return false;
   if (!settled) {
-    Eigen::VectorXd at = change_;  // meets the hard rows, and so does every point on the way to another solution
-    for (int k = 0; k < kSearchedSteps && !settled; ++k) {
-      if (!solve_on_set(mass_matrix, rows)) return false;
-      settled = !update_sides(rows, v_free, change_);
-      if (settled) break;
-      const Eigen::VectorXd direction = change_ - at;
-      at += line_search(mass_matrix, rows, at, direction) * direction;
-      update_sides(rows, v_free, at);
+    // Stiff rows are free in a narrow band of speeds only, and the search may zigzag between two of them. Softer rows have wide bands:
+    // from their solution to a stiffer one it is a short way.
+    std::vector<double> weights(static_cast<std::size_t>(n_rows));
+    double stiffest = 0;
+    for (int i = 0; i < n_rows; ++i) stiffest = std::max(stiffest, weights[static_cast<std::size_t>(i)] = rows[i].weight);
+    for (double most = kSoftest; most < kStiffer * stiffest; most *= kStiffer) {
+      for (int i = 0; i < n_rows; ++i) rows[i].weight = std::min(weights[static_cast<std::size_t>(i)], most);
+      if (!iterate(mass_matrix, v_free, rows, kSearchedSteps, true, settled)) return false;
     }
   }
   for (std::size_t k = 0; k < hard_.size(); ++k) impulse_[hard_[k]] = multiplier_[static_cast<Eigen::Index>(k)];

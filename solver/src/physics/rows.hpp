@@ -8,7 +8,7 @@
 //   1/2 (v - v_free)^T M (v - v_free) + Sum psi_i(J_i v),   psi_i' = -f_i.
 // It is found by Newton's method, which here is an active set: rows that are not clamped add w J^T J to M, clamped ones a constant impulse; one
 // Cholesky factorisation per change of the set, usually one per step. Where full steps do not settle, exact line searches make the method
-// converge from anywhere in finitely many steps (Sun 1997, "On piecewise quadratic Newton and trust region problems").
+// converge from anywhere (Sun 1997, "On piecewise quadratic Newton and trust region problems"); where these creep, from softer rows to stiffer ones.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -100,6 +100,8 @@ class RowSolver {
 
  private:
   bool solve_on_set(const Eigen::MatrixXd& mass_matrix, const RowSet& rows);
+  // At most so many Newton steps, full ones or with a line search, from the rows' sides. Returns false if a matrix was not positive definite.
+  bool iterate(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows, int most, bool search, bool& settled);
   // Sides and impulses of the rows at a change of velocity; whether a side changed.
   bool update_sides(RowSet& rows, const Eigen::VectorXd& v_free, const Eigen::VectorXd& change);
   // Where on the way from a change of velocity along a direction, in (0, 1], the function is least.
