@@ -75,6 +75,13 @@ bool RowSolver::update_sides(RowSet& rows, const Eigen::VectorXd& v_free, const 
     const double wanted = row.weight * (residual_[i] - rows.dot(row, change));
     const double slack = row.weight * rounding;
     RowSide side = row.side;
+    if (row.upper - row.lower < 2 * slack) {  // bounds closer than rounding, nearly a given impulse: either will do
+      if (side == RowSide::free) side = wanted < row.lower ? RowSide::at_lower : RowSide::at_upper;
+      impulse_[i] = side == RowSide::at_lower ? row.lower : row.upper;
+      changed = changed || side != row.side;
+      row.side = side;
+      continue;
+    }
     if (side == RowSide::free) {
       if (wanted < row.lower - slack) side = RowSide::at_lower;
       if (wanted > row.upper + slack) side = RowSide::at_upper;
@@ -137,6 +144,10 @@ bool RowSolver::iterate(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorX
       at = change_;
     } else {
       const Eigen::VectorXd direction = change_ - at;
+      if (direction.lpNorm<Eigen::Infinity>() < 1e-13 * (v_free.lpNorm<Eigen::Infinity>() + at.lpNorm<Eigen::Infinity>())) {
+        settled = true;  // no way left to go but rounding
+        return true;
+      }
       at += line_search(mass_matrix, rows, at, direction) * direction;
       update_sides(rows, v_free, at);
     }
