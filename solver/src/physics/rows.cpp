@@ -157,7 +157,7 @@ bool RowSolver::iterate(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorX
 
 bool RowSolver::solve(const Eigen::MatrixXd& mass_matrix, const Eigen::VectorXd& v_free, RowSet& rows,
                       Eigen::VectorXd& v) {
-  constexpr int kFullSteps = 10, kSearchedSteps = 60;
+  constexpr int kFullSteps = 3, kSearchedSteps = 60;
   constexpr double kSoftest = 10, kStiffer = 10;  // [kg] largest weight of the first of the softer problems; their ratio
   const int n_rows = rows.size();
   residual_.resize(n_rows);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace rille {
@@ -19,9 +20,12 @@ constexpr double kImpactSpeed = 0.02;    // [m/s] slower approaches do not bounc
 constexpr double kReach = 5e-3;          // [m] contacts are prepared for at this distance
 constexpr double kPartTime = 0.1;        // [s] without touch before a contact counts as ended
 constexpr std::size_t kGroundCorners = 4;// deepest corners of a hull that touch the ground
-constexpr int kMostRounds = 40;          // of friction bounds in a step
+constexpr double kSlides = 0.999;         // [-] share of its strength from which a contact slides
+constexpr int kFreeRounds = 3;           // before they are damped
+constexpr int kMostRounds = 20;          // of friction bounds in a step
 
-double& entry(std::vector<std::pair<std::pair<int, int>, double>>& list, const std::pair<int, int>& key, double fallback) {
+template <class Value>
+Value& entry(std::vector<std::pair<std::pair<int, int>, Value>>& list, const std::pair<int, int>& key, const Value& fallback) {
   for (auto& [k, value] : list)
     if (k == key) return value;
   return list.emplace_back(key, fallback).second;
@@ -164,11 +168,17 @@ bool RigidContacts::open_rows(const Mechanism& mechanism, double h, RowSet& rows
     const auto n = static_cast<double>(std::count_if(contacts_.begin(), contacts_.end(), [&](const Contact& other) {
       return other.mover == contact.mover && other.obstacle == contact.obstacle;
     }));
-    contact.strength = contact.pair.friction * entry(last_normal_, {contact.mover, contact.obstacle}, 0) / n;
+    contact.strength = contact.pair.friction * entry(last_normal_, {contact.mover, contact.obstacle}, 0.0) / n;
+    // What slid goes on sliding until the solution says otherwise.
+    const Vector3d slide = entry<Vector3d>(last_slide_, {contact.mover, contact.obstacle}, Vector3d::Zero());
+    const double size = std::hypot(slide.dot(contact.tangent_1), slide.dot(contact.tangent_2));
     for (const Vector3d& tangent : {contact.tangent_1, contact.tangent_2}) {
       Row& row = open(tangent);
-      row.lower = -contact.strength;
-      row.upper = contact.strength;
+      const double along = slide.dot(tangent);
+      const double bound = size > 0 ? contact.strength * std::abs(along) / size : contact.strength;
+      row.lower = -bound;
+      row.upper = bound;
+      if (size > 0) row.side = along < 0 ? RowSide::at_lower : RowSide::at_upper;
     }
   }
   return !contacts_.empty();
@@ -179,26 +189,20 @@ bool RigidContacts::tighten(RowSet& rows, const Eigen::VectorXd& impulse) {
   bool again = false;
   for (Contact& contact : contacts_) {
     const double strength = contact.pair.friction * std::max(impulse[contact.row], 0.0);
-    const double f_1 = impulse[contact.row + 1], f_2 = impulse[contact.row + 2];
-    const double size = std::hypot(f_1, f_2);
-    double bound_1 = strength, bound_2 = strength;
-    const bool slides = size >= 0.999 * strength;
-    if (slides && size > 0) {  // along the direction in which it would slide
-      bound_1 = strength * std::abs(f_1) / size;
-      bound_2 = strength * std::abs(f_2) / size;
-    }
+    const std::array<double, 2> force = {impulse[contact.row + 1], impulse[contact.row + 2]};
+    const double size = std::hypot(force[0], force[1]);
+    const auto at_bound = [&](int k) { return std::abs(force[static_cast<std::size_t>(k)]) >= kSlides * rows[contact.row + 1 + k].upper; };
+    const bool slides = size > 0 && (at_bound(0) || at_bound(1) || size >= kSlides * strength);
+    if (!slides) continue;  // sticks well inside its bounds: nothing to gain from another round
     const double scale = std::max(strength, contact.strength);
-    const auto differs = [&](const Row& row, double bound) { return std::abs(row.upper - bound) > 1e-3 * scale + 1e-12; };
-    const bool binding = slides || std::abs(f_1) >= 0.999 * rows[contact.row + 1].upper || std::abs(f_2) >= 0.999 * rows[contact.row + 2].upper;
-    if (binding && (differs(rows[contact.row + 1], bound_1) || differs(rows[contact.row + 2], bound_2))) again = true;
-    if (!slides && !binding) continue;  // sticks well inside its bounds: nothing to gain from another round
-    for (int k = 1; k <= 2; ++k) {
-      Row& row = rows[contact.row + k];
-      const double bound = k == 1 ? bound_1 : bound_2;
+    for (int k = 0; k < 2; ++k) {
+      Row& row = rows[contact.row + 1 + k];
+      double bound = strength * std::abs(force[static_cast<std::size_t>(k)]) / size;  // along the direction in which it slides
+      if (std::abs(row.upper - bound) > 1e-3 * scale + 1e-12) again = true;
+      // Wheels that share a load may hand it to and fro; half a step each time ends that.
+      if (rounds_ > kFreeRounds) bound = 0.5 * (bound + row.upper);
       row.lower = -bound;
       row.upper = bound;
-      const double force = k == 1 ? f_1 : f_2;
-      row.side = !slides ? RowSide::free : force < 0 ? RowSide::at_lower : RowSide::at_upper;
     }
     contact.strength = strength;
   }
@@ -207,20 +211,24 @@ bool RigidContacts::tighten(RowSet& rows, const Eigen::VectorXd& impulse) {
 
 void RigidContacts::close_rows(const RowSet&, const Eigen::VectorXd& impulse, double h, double time, std::vector<Event>& events) {
   last_normal_.clear();
+  last_slide_.clear();
   const auto n_wheels = static_cast<int>(wheel_force_.size());
   for (Contact& contact : contacts_) {
     const double normal = impulse[contact.row];
     if (normal <= 0) continue;
-    entry(last_normal_, {contact.mover, contact.obstacle}, 0) += normal;
+    entry(last_normal_, {contact.mover, contact.obstacle}, 0.0) += normal;
+    const Vector3d friction = impulse[contact.row + 1] * contact.tangent_1 + impulse[contact.row + 2] * contact.tangent_2;
+    if (friction.norm() >= kSlides * contact.pair.friction * normal)
+      entry<Vector3d>(last_slide_, {contact.mover, contact.obstacle}, Vector3d::Zero()) += friction;
     if (contact.mover < n_wheels) {
       wheel_force_[static_cast<std::size_t>(contact.mover)] +=
-          (normal * contact.normal + impulse[contact.row + 1] * contact.tangent_1 + impulse[contact.row + 2] * contact.tangent_2) / h;
+          (normal * contact.normal + friction) / h;
       wheel_touches_[static_cast<std::size_t>(contact.mover)] = true;
     }
     if (contact.obstacle < 0 && contact.mover < n_wheels) continue;  // wheels on the ground: what wheels are for
     const std::string what =
         contact.obstacle >= 0 ? "obstacle '" + model_->terrain->obstacles[static_cast<std::size_t>(contact.obstacle)].name + "'" : "the ground";
-    double& touched = entry(last_touch_, {contact.mover, contact.obstacle}, -1);
+    double& touched = entry(last_touch_, {contact.mover, contact.obstacle}, -1.0);
     if (touched < 0)
       events.push_back({time, "contact_begin", name(contact.mover),
                         fmt::format("'{}' touches {} at t = {:.3f} s, x = {:.2f} m, y = {:.2f} m", name(contact.mover), what, time,

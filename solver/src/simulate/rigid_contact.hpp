@@ -41,7 +41,7 @@ class RigidContacts {
   std::pair<double, std::string> deepest_overlap() const;
 
   void forget_touches() { last_touch_.clear(); }  // contacts that exist count as new ones again
-  void visit(Archive& archive) { archive(last_normal_, last_touch_); }
+  void visit(Archive& archive) { archive(last_normal_, last_slide_, last_touch_); }
 
  private:
   struct Contact {
@@ -72,6 +72,7 @@ class RigidContacts {
   std::vector<bool> wheel_touches_;
   int rounds_ = 0;
   std::vector<std::pair<Key, double>> last_normal_;  // [N s] impulse of each pair in the last step
+  std::vector<std::pair<Key, Eigen::Vector3d>> last_slide_;  // [N s] friction of each pair that slid in the last step, in W
   std::vector<std::pair<Key, double>> last_touch_;   // [s] when a pair touched last
 };
 
