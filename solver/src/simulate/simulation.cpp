@@ -412,7 +412,7 @@ void Simulation::look(double h) {
   for (const Watch* watch : watcher_->look(time(), every_step ? h : h * static_cast<double>(stride), from, events_)) {
     if (watch->action == WatchAction::command) drives_[at(watch->drive)].set(watch->value);
     if (watch->action == WatchAction::stop && outcome_ == Outcome::running)
-      fail(Outcome::stopped, fmt::format("watch '{}' stopped the run at t = {:.3f} s: {}", watch->name, time(), events_.back().message));
+      fail(Outcome::stopped, events_.back().message + ", and stops the run");
   }
 }
 
