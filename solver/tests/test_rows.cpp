@@ -9,6 +9,36 @@
 
 using namespace rille;
 
+namespace {
+
+// n degrees of freedom with a random mass and a random motion.
+struct Problem {
+  Eigen::MatrixXd mass;
+  Eigen::VectorXd v_free;
+
+  Problem(int n, std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    Eigen::MatrixXd root(n, n);
+    for (auto& x : root.reshaped()) x = normal(random);
+    mass = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    v_free.resize(n);
+    for (auto& x : v_free) x = normal(random);
+  }
+};
+
+// Opens row i with a random Jacobian on every degree of freedom or every second one.
+int open_row(RowSet& rows, Eigen::MatrixXd& jacobian, int i, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const int row = rows.open();
+  for (int d = i % 3; d < jacobian.cols(); d += 1 + i % 2) {
+    jacobian(i, d) = normal(random);
+    rows.add(d, jacobian(i, d));
+  }
+  return row;
+}
+
+}  // namespace
+
 TEST_CASE("random rows satisfy balance and clamps") {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
@@ -19,20 +49,13 @@ TEST_CASE("random rows satisfy balance and clamps") {
   for (int trial = 0; trial < 300; ++trial) {
     const int n = 4 + trial % 9;
     const int n_rows = 1 + trial % 17;
-    Eigen::MatrixXd root(n, n);
-    for (auto& x : root.reshaped()) x = normal(random);
-    const Eigen::MatrixXd mass = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(n, n);
-    Eigen::VectorXd v_free(n);
-    for (auto& x : v_free) x = normal(random);
+    const Problem problem(n, random);
+    const auto& [mass, v_free] = problem;
     rows.clear();
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(n_rows, n);
     const int n_hard = n_rows > 3 ? 2 : 0;
     for (int i = 0; i < n_rows; ++i) {
-      const int row = rows.open();
-      for (int d = i % 3; d < n; d += 1 + i % 2) {
-        jacobian(i, d) = normal(random);
-        rows.add(d, jacobian(i, d));
-      }
+      const int row = open_row(rows, jacobian, i, random);
       rows[row].target = normal(random);
       if (i < n_hard) continue;
       rows[row].weight = std::pow(10.0, 4 * uniform(random) - 1);
@@ -69,19 +92,12 @@ TEST_CASE("stiff rows with narrow bounds settle from any sides") {
   for (int trial = 0; trial < 2000; ++trial) {
     const int n = 6 + trial % 15;
     const int n_rows = 10 + trial % 60;
-    Eigen::MatrixXd root(n, n);
-    for (auto& x : root.reshaped()) x = normal(random);
-    const Eigen::MatrixXd mass = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(n, n);
-    Eigen::VectorXd v_free(n);
-    for (auto& x : v_free) x = normal(random);
+    const Problem problem(n, random);
+    const auto& [mass, v_free] = problem;
     rows.clear();
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(n_rows, n);
     for (int i = 0; i < n_rows; ++i) {
-      const int row = rows.open();
-      for (int d = i % 3; d < n; d += 1 + i % 2) {
-        jacobian(i, d) = normal(random);
-        rows.add(d, jacobian(i, d));
-      }
+      const int row = open_row(rows, jacobian, i, random);
       rows[row].weight = std::pow(10.0, 9 * uniform(random) - 1);
       rows[row].lower = i % 5 == 0 ? 0 : -std::pow(10.0, -5 * uniform(random));
       rows[row].upper = i % 5 == 0 ? std::numeric_limits<double>::infinity() : -rows[row].lower;

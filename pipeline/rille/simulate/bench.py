@@ -12,21 +12,6 @@ from rille.model import BenchPoints, BenchWheel, Effect, EffectKind, InputRefuse
 EARTH = 9.80665  # [m/s^2]
 
 Method = Literal["quasi_static", "dynamic"]
-SOIL_NUMBERS = (
-    "sinkage_exponent",
-    "cohesive_modulus",
-    "frictional_modulus",
-    "cohesion",
-    "friction_angle",
-    "shear_modulus",
-    "lateral_shear_modulus",
-    "peak_angle_offset",
-    "peak_angle_slip",
-    "exit_sinkage_ratio",
-    "damping",
-    "reece_cohesive_modulus",
-    "reece_frictional_modulus",
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +43,7 @@ def effect_rows(effects: Iterable[Effect], kinds: Sequence[EffectKind]) -> list[
 
 def soil_numbers(soil: Soil, gravity: float = EARTH) -> dict[str, float]:
     """A soil as the solver takes it; gravity [m/s^2] makes its density a unit weight."""
-    numbers = {name: getattr(soil, name) for name in SOIL_NUMBERS if getattr(soil, name) is not None}
+    numbers = {name: value for name in Soil.__dataclass_fields__ if isinstance(value := getattr(soil, name), int | float)}
     return numbers | {"unit_weight": soil.density * gravity}
 
 

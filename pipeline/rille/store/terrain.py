@@ -12,24 +12,7 @@ from rille.store.rover import pose_columns, read_pose, read_sources, shape_colum
 
 TILE = 1024  # rows and columns of a tile at most
 
-SOIL_COLUMNS = (
-    "sinkage_exponent",
-    "cohesive_modulus",
-    "frictional_modulus",
-    "cohesion",
-    "friction_angle",
-    "shear_modulus",
-    "lateral_shear_modulus",
-    "peak_angle_offset",
-    "peak_angle_slip",
-    "exit_sinkage_ratio",
-    "density",
-    "damping",
-    "reece_cohesive_modulus",
-    "reece_frictional_modulus",
-    "provenance",
-    "source",
-)
+SOIL_COLUMNS = tuple(name for name in Soil.__dataclass_fields__ if name != "name")  # the table holds what the value holds
 
 
 def write_terrain(path: Path, terrain: Terrain, *, replace: bool = False) -> None:
