@@ -43,7 +43,7 @@ def effect_rows(effects: Iterable[Effect], kinds: Sequence[EffectKind]) -> list[
 
 def soil_numbers(soil: Soil, gravity: float = EARTH) -> dict[str, float]:
     """A soil as the solver takes it; gravity [m/s^2] makes its density a unit weight."""
-    numbers = {name: value for name in Soil.__dataclass_fields__ if isinstance(value := getattr(soil, name), int | float)}
+    numbers = {name: float(value) for name in Soil.__dataclass_fields__ if isinstance(value := getattr(soil, name), int | float)}
     return numbers | {"unit_weight": soil.density * gravity}
 
 

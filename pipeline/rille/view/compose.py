@@ -30,7 +30,7 @@ def machine_items(rover: Rover, trace: Trace, index: int, opacity: float = 1.0) 
 
 
 def track_items(rover: Rover, trace: Trace, patch: Patch) -> list[Item]:
-    """A ribbon on the ground behind every wheel, coloured by its slip ratio."""
+    """A ribbon on the ground behind every wheel while it touched it, coloured by its slip ratio."""
     widths = {wheel.name: wheel.width for wheel in rover.wheels}
     joints = {wheel.name: wheel.joint for wheel in rover.wheels}
     children = {joint.name: (joint.child, joint.axis) for joint in rover.joints}
@@ -39,16 +39,18 @@ def track_items(rover: Rover, trace: Trace, patch: Patch) -> list[Item]:
     low, high = np.percentile(slips, (2, 98))
     limits = (float(low) if low < -0.02 else 0.0, max(0.1, float(high)))
     items = []
-    for count, wheel in enumerate(trace.wheels):
-        if len(trace.time) < 2:
-            break
+    for wheel in trace.wheels:
+        carried = wheel.normal_load > 0
+        touched = np.flatnonzero(carried[:-1] & carried[1:])
+        if len(touched) == 0:
+            continue
         body, axis = children[joints[wheel.name]]
         axles = np.array([rotation_matrix(q) @ np.array(axis) for q in traces[body].rotation])
         edges = [wheel.center + side * widths[wheel.name] / 2 * axles for side in (-1, 1)]
         for edge in edges:
             edge[:, 2] = patch.height(edge[:, 0], edge[:, 1]) + 0.008
         vertices = np.stack(edges, axis=1).reshape(-1, 3)
-        k = 2 * np.arange(len(trace.time) - 1)[:, None]
+        k = 2 * touched[:, None]
         triangles = np.concatenate([k + [0, 2, 1], k + [1, 2, 3]])
         items.append(
             Item(
@@ -56,7 +58,7 @@ def track_items(rover: Rover, trace: Trace, patch: Patch) -> list[Item]:
                 triangles=triangles,
                 lit=False,
                 values=np.repeat(wheel.slip_ratio, 2),
-                title="slip ratio [-]" if count == 0 else "",
+                title="" if items else "slip ratio [-]",
                 limits=limits,
                 opacity=0.9,
             )
