@@ -50,7 +50,7 @@ def fitted_soil() -> tuple[Soil, Soil]:
     prior = terrain.soils()["fjs1_simulant"]
 
     def simulator(soil, given):
-        return simulate.bench(LAW, soil, WHEEL, load=given.load, slip_ratio=given.slip_ratio, slip_angle=given.slip_angle).points
+        return simulate.bench_at(LAW, soil, WHEEL, given)
 
     held = np.isclose(points.load, 34.3)
     result = diagnosis.fit_soil(simulator, points.where(~held), points.where(held), prior, ["friction_angle", "shear_modulus"])

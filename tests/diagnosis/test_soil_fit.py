@@ -12,24 +12,13 @@ from rille.model import BenchPoints, BenchWheel, InputRefused
 
 def bench(soil, points, law="bekker_wong", wheel=SMOOTH, effects=()):
     """The simulator that the fit is given."""
-    return simulate.bench(
-        law, soil, wheel, load=points.load, slip_ratio=points.slip_ratio, slip_angle=points.slip_angle, effects=effects
-    ).points
+    return simulate.bench_at(law, soil, wheel, points, effects=effects)
 
 
 def conditions(loads, slips, angles=(0.0,)):
     """Grid of conditions without responses."""
     grid = np.array([(w, s, a) for w in loads for s in slips for a in angles])
-    empty = np.full(len(grid), np.nan)
-    return BenchPoints(
-        load=grid[:, 0],
-        slip_ratio=grid[:, 1],
-        slip_angle=grid[:, 2],
-        sinkage=empty,
-        drawbar_pull=empty,
-        side_force=empty,
-        drive_torque=empty,
-    )
+    return BenchPoints.at(*grid.T)
 
 
 def measured(soil, points, noise, seed=1):

@@ -5,10 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
+from rille.cli.rig import Columns, Where, find_effect, find_load, find_soils, find_wheel, read_points
 from rille.cli.talk import Json, print_json, say
-
-Columns = Annotated[list[str] | None, typer.Option("--column", help="QUANTITY=COLUMN of the CSV: sinkage=-Z_mm, load=64.7:N; repeatable.")]
-Where = Annotated[list[str] | None, typer.Option("--where", help="COLUMN=TEXT that rows of the CSV must have; repeatable.")]
 
 
 def bench(
@@ -46,17 +44,17 @@ def bench(
     from rille import simulate, store
     from rille.model import InputRefused
     from rille.model.quantity import to_si
-    from rille.simulate.scenario_file import GRAVITY
 
-    g = GRAVITY[gravity] if gravity in GRAVITY else to_si(gravity if not _number(gravity) else float(gravity), "acceleration", "gravity")
-    shape, rows = _wheel(database, wheel, radius, width, grousers)
-    soils = _soils(database, soil)
+    if save is not None and database is None:
+        raise InputRefused("--save needs a database to keep the points in; name one")
+    g = simulate.surface_gravity(gravity)
+    shape, rows = find_wheel(database, wheel, radius, width, grousers)
+    soils = find_soils(database, soil)
     slips = _slips(slip)
-    loads = [_load(text, g) for text in (load or ["30 N"])]
-    effects = [_effect(text) for text in (effect or [])]
-    if effects:
-        rows = [*rows, *simulate.effect_rows(effects, store.effect_kinds())]
-    angle = to_si(slip_angle if not _number(slip_angle) else float(slip_angle), "angle", "slip angle")
+    loads = [find_load(text, g) for text in (load or ["30 N"])]
+    rows += simulate.effect_rows([find_effect(text) for text in (effect or [])], store.effect_kinds())
+    angle = to_si(slip_angle, "angle", "slip angle")
+    points = None if measured is None else read_points(measured, column, where)
     method: Any = "dynamic" if dynamic else "quasi_static"
     grid = np.array([(w, s) for w in loads for s in slips])
     series = []
@@ -72,16 +70,11 @@ def bench(
                 method=method,
                 effects=rows,
                 gravity=g,
-                speed=to_si(speed if not _number(speed) else float(speed), "speed", "speed"),
+                speed=to_si(speed, "speed", "speed"),
             )
             series.append((earth.name, name, result))
-    if save is not None:
-        if database is None:
-            raise InputRefused("--save needs a database to keep the points in; name one")
-        store.drop_bench(database, save)
-        for earth_name, name, result in series:
-            store.write_bench(database, save, method, earth_name, name, shape, result.points, result.status)
-    points = None if measured is None else read_points(measured, column, where)
+    if save is not None and database is not None:
+        store.write_bench(database, save, method, shape, [(e, n, r.points, r.status) for e, n, r in series])
     if figure is not None:
         from rille.view.bench_plots import plot_bench
 
@@ -122,26 +115,6 @@ def _print_table(title: str, result: Any) -> None:
         print(row)
 
 
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _load(text: str, gravity: float) -> float:
-    from rille.model import InputRefused
-    from rille.model.quantity import to_si
-
-    if _number(text):
-        return float(text)
-    try:
-        return to_si(text, "mass", "load") * gravity
-    except InputRefused:
-        return to_si(text, "force", "load")
-
-
 def _slips(text: str) -> list[float]:
     import numpy as np
 
@@ -159,83 +132,7 @@ def _slips(text: str) -> list[float]:
         raise InputRefused(f"'{text}' is no list of slips; write 0:0.8:0.1 or 0,0.2,0.5") from None
 
 
-def _wheel(database: Path | None, name: str | None, radius: str | None, width: str | None, grousers: str | None):
-    from rille import simulate, store
-    from rille.model import BenchWheel, Effect, InputRefused, nearest_names
-    from rille.model.quantity import to_si
-
-    rows: list[tuple] = []
-    if database is not None:
-        wheels = {wheel.name: wheel for wheel in store.read_rover(database).wheels}
-        if not wheels and (radius is None or width is None):
-            raise InputRefused(f"'{database}' has no wheel; build a rover into it, or give --radius and --width")
-        if name is not None and name not in wheels:
-            raise InputRefused(f"'{database}' has no wheel '{name}'; {nearest_names(name, wheels)}")
-        if wheels and radius is None:
-            made = wheels[name] if name is not None else next(iter(wheels.values()))
-            acting = [e for e in store.read_effects(database) if e.target in ("*", made.name)]
-            kinds = {k.name: k for k in store.effect_kinds()}
-            on_wheel = [Effect(kind=e.kind, parameters=e.parameters) for e in acting if kinds[e.kind].target == "wheel"]
-            rows = simulate.effect_rows(on_wheel, store.effect_kinds())
-            count, height = (made.grouser.count, made.grouser.height) if made.grouser is not None else (0, 0.0)
-            return BenchWheel(radius=made.radius, width=made.width, grouser_count=count, grouser_height=height), rows
-    if radius is None or width is None:
-        raise InputRefused('the bench needs a wheel: a database, or --radius "150 mm" --width "165 mm"')
-    count, height = 0, 0.0
-    if grousers is not None:
-        number, cross, size = grousers.partition("x")
-        if not cross or not number.strip().isdigit():
-            raise InputRefused(f"'{grousers}' says no grousers; write \"24 x 10 mm\"")
-        count, height = int(number), to_si(size.strip(), "length", "height of the grousers")
-    lengths = [to_si(float(v) if _number(v) else v, "length", what) for v, what in ((radius, "radius"), (width, "width"))]
-    return BenchWheel(radius=lengths[0], width=lengths[1], grouser_count=count, grouser_height=height), rows
-
-
-def _soils(database: Path | None, names: list[str] | None):
-    from rille import store, terrain
-    from rille.model import InputRefused, nearest_names
-
-    known = dict(terrain.soils())
-    if database is not None:
-        known |= {soil.name: soil for soil in store.read_soils(database)}
-        names = names or [soil.name for soil in store.read_soils(database)]
-    names = names or ["lunar_sourcebook"]
-    for name in names:
-        if name not in known:
-            raise InputRefused(f"there is no soil '{name}'; {nearest_names(name, known)}")
-    return [known[name] for name in names]
-
-
-def _effect(text: str):
-    from rille import store
-    from rille.cli.effects import parse_values
-    from rille.model import Effect
-
-    name, _, rest = text.partition(":")
-    effect = Effect(kind=name, parameters=parse_values([part for part in rest.split(",") if part]))
-    store.check_effect(effect)
-    return effect
-
-
-def read_points(path: Path, column: list[str] | None, where: list[str] | None):
-    """Measured points of a CSV with the options of the command line."""
-    from rille import simulate
-    from rille.model import InputRefused
-
-    pairs = []
-    for texts in (column or [], where or []):
-        found = {}
-        for text in texts:
-            key, equals, value = text.partition("=")
-            if not equals:
-                raise InputRefused(f"'{text}' is no NAME=VALUE, for example --column sinkage=-Z_mm")
-            found[key] = value
-        pairs.append(found)
-    return simulate.read_bench_csv(path, *pairs)
-
-
 def _facts(soil: str, law: str, result) -> dict:
     p = result.points
-    columns = ("load", "slip_ratio", "slip_angle", "sinkage", "drawbar_pull", "side_force", "drive_torque")
-    numbers = {c: [None if v != v else float(v) for v in getattr(p, c)] for c in columns}
+    numbers = {c: [None if v != v else float(v) for v in getattr(p, c)] for c in p.__dataclass_fields__}
     return {"soil": soil, "response": law, "status": list(result.status), **numbers}

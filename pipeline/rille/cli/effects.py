@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rille.cli.talk import Json, print_json, say
+from rille.cli.talk import Json, assignments, print_json, say
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -106,13 +106,8 @@ def add(
 
 def parse_values(texts: list[str]) -> dict[str, object]:
     """``a=1`` to ``{"a": 1.0}``; what is no number is read as JSON, else as text."""
-    from rille.model import InputRefused
-
     values: dict[str, object] = {}
-    for text in texts:
-        key, equals, value = text.partition("=")
-        if not equals or not key:
-            raise InputRefused(f"'{text}' is no PARAMETER=VALUE, for example slip_gain=0.5")
+    for key, value in assignments(texts, "slip_gain=0.5").items():
         try:
             values[key] = float(value)
         except ValueError:

@@ -1,13 +1,14 @@
 """``rille soil``: the library of soils, and calibration against a bench."""
 
+import math
 import re
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from rille.cli.bench import Columns, Where, read_points
-from rille.cli.talk import Json, print_json, progress, say
+from rille.cli.rig import Columns, Where, find_effect, pick_soil, read_points, wheel_of
+from rille.cli.talk import Json, assignments, print_json, progress, say
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -54,7 +55,7 @@ def list_(
     for soil in soils.values():
         print(
             f"{soil.name:22s} n = {soil.sinkage_exponent:<5g} c = {soil.cohesion:<6g} Pa  "
-            f"phi = {soil.friction_angle * 57.29578:4.1f} deg  {soil.source}"
+            f"phi = {math.degrees(soil.friction_angle):4.1f} deg  {soil.source}"
         )
 
 
@@ -68,21 +69,12 @@ def show(
 
     Example: rille soil show fjs1_simulant
     """
-    soil = _find(name, database)
+    soil = pick_soil(_known(database), name)
     if as_json:
         print_json({"name": soil.name, **{k: getattr(soil, k) for k in UNITS}, "provenance": soil.provenance, "source": soil.source})
         return
     for line in _toml(soil):
         print(line)
-
-
-def _find(name: str, database: Path | None):
-    from rille.model import InputRefused, nearest_names
-
-    soils = _known(database)
-    if name not in soils:
-        raise InputRefused(f"there is no soil '{name}'; {nearest_names(name, soils)}")
-    return soils[name]
 
 
 def _toml(soil, comments: dict[str, str] | None = None) -> list[str]:
@@ -129,12 +121,11 @@ def fit(
     import numpy as np
 
     from rille import diagnosis, simulate, store
-    from rille.cli.bench import _effect, _wheel
-    from rille.model import BenchPoints, InputRefused
+    from rille.model import BenchPoints, InputRefused, Soil
 
-    prior = _find(soil, None)
-    wheel, _ = _wheel(None, None, radius, width, grousers)
-    rows = simulate.effect_rows([_effect(text) for text in effect or []], store.effect_kinds())
+    prior = pick_soil(_known(None), soil)
+    wheel = wheel_of(radius, width, grousers)
+    rows = simulate.effect_rows([find_effect(text) for text in effect or []], store.effect_kinds())
     points = read_points(data, column, where)
     for text in only or []:
         points = points.where(_meets(points, text))
@@ -152,26 +143,16 @@ def fit(
     if len(train) == 0 or len(test) == 0:
         raise InputRefused(f"{len(train)} points are left to fit and {len(test)} to test; change --hold-out or --only")
     floors = {}
-    for text in noise or []:
-        key, equals, value = text.partition("=")
+    for name, value in assignments(noise, "--noise drawbar_pull=0.56").items():
         try:
-            floors[key] = float(value)
+            floors[name] = float(value)
         except ValueError:
-            equals = ""
-        if not equals or floors[key] <= 0:
-            raise InputRefused(f"'{text}' says no noise; write drawbar_pull=0.56, in SI and above 0")
+            floors[name] = math.nan
+        if not floors[name] > 0:
+            raise InputRefused(f"'{name}={value}' says no noise; write drawbar_pull=0.56, in SI and above 0")
 
-    def bench(earth, conditions: BenchPoints) -> BenchPoints:
-        return simulate.bench(
-            law,
-            earth,
-            wheel,
-            load=conditions.load,
-            slip_ratio=conditions.slip_ratio,
-            slip_angle=conditions.slip_angle,
-            effects=rows,
-            gravity=gravity,
-        ).points
+    def bench(earth: Soil, conditions: BenchPoints) -> BenchPoints:
+        return simulate.bench_at(law, earth, wheel, conditions, effects=rows, gravity=gravity)
 
     with progress("fitting") as update:
         result = diagnosis.fit_soil(
@@ -227,7 +208,7 @@ def _meets(points, text: str):
     found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>|=)\s*([-+.\deE]+)\s*(deg)?\s*", text)
     if found is None or found[1] not in CONDITIONS:
         raise InputRefused(f"'{text}' is no condition; write slip_ratio>0.5, load<=50 or slip_angle<30deg")
-    value = float(found[3]) * (0.017453292519943295 if found[4] else 1.0)
+    value = math.radians(float(found[3])) if found[4] else float(found[3])
     given = getattr(points, found[1])
     tests = {
         "<": given < value,
@@ -255,16 +236,7 @@ def _figure(bench: Any, prior: Any, fitted: Any, points: Any, path: Path, plot: 
     low, high = shown.slip_ratio.min(), shown.slip_ratio.max()
     slips = np.linspace(min(low, 0.0), high, 41)
     grid = np.array([(w, s) for w in loads for s in slips])
-    empty = np.full(len(grid), np.nan)
-    conditions = BenchPoints(
-        load=grid[:, 0],
-        slip_ratio=grid[:, 1],
-        slip_angle=np.full(len(grid), angle),
-        sinkage=empty,
-        drawbar_pull=empty,
-        side_force=empty,
-        drive_torque=empty,
-    )
+    conditions = BenchPoints.at(grid[:, 0], grid[:, 1], angle)
     curves = [("fitted", bench(fitted, conditions)), (f"prior {prior.name}", bench(prior, conditions))]
     label = title if abs(angle) < 1e-3 else f"{title}, slip angle {np.degrees(angle):.0f} deg"
     plot(curves, path, shown, label)

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
 
@@ -10,6 +10,19 @@ import typer
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 Force = Annotated[bool, typer.Option("--force", help="Delete what depends on what is replaced.")]
+
+
+def assignments(texts: Iterable[str] | None, example: str) -> dict[str, str]:
+    """``["a=1", "b=2"]`` to ``{"a": "1", "b": "2"}``; what is none is refused with the example."""
+    from rille.model import InputRefused
+
+    found = {}
+    for text in texts or ():
+        key, equals, value = text.partition("=")
+        if not equals or not key:
+            raise InputRefused(f"'{text}' is no NAME=VALUE, for example {example}")
+        found[key] = value
+    return found
 
 
 def say(text: str) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,13 @@ class BenchPoints:
     drawbar_pull: Array
     side_force: Array
     drive_torque: Array
+
+    @classmethod
+    def at(cls, load: ArrayLike, slip_ratio: ArrayLike, slip_angle: ArrayLike = 0.0) -> Self:
+        """Conditions, scalars or (n,), without responses."""
+        grid = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (load, slip_ratio, slip_angle)))
+        unknown = np.full(len(grid[0]), np.nan)
+        return cls(**dict(zip(CONDITIONS, grid, strict=True)), **dict.fromkeys(RESPONSES, unknown))
 
     def __len__(self) -> int:
         return len(self.load)

@@ -1,19 +1,21 @@
 """Runs the solver: on a database as a program, or in process as a bench and in short windows."""
 
-from rille.simulate.bench import BenchResult, bench, effect_rows
+from rille.simulate.bench import BenchResult, bench, bench_at, effect_rows
 from rille.simulate.bench_file import bench_csv_lines, read_bench_csv
 from rille.simulate.run import RunResult, run
-from rille.simulate.scenario_file import read_scenario_file
+from rille.simulate.scenario_file import read_scenario_file, surface_gravity
 from rille.simulate.sensitivity import sensitivities
 
 __all__ = [
     "BenchResult",
     "RunResult",
     "bench",
+    "bench_at",
     "bench_csv_lines",
     "effect_rows",
     "read_bench_csv",
     "read_scenario_file",
     "run",
     "sensitivities",
+    "surface_gravity",
 ]

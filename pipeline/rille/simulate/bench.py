@@ -1,8 +1,8 @@
 """The single-wheel bench in process, and effects in the form that the solver takes."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -79,8 +79,8 @@ def bench(
     """
     from rille import _solver  # pyright: ignore[reportAttributeAccessIssue]
 
-    grid = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, dtype=float)) for v in (load, slip_ratio, slip_angle)))
-    cases = np.ascontiguousarray(np.column_stack(grid))
+    asked = BenchPoints.at(load, slip_ratio, slip_angle)
+    cases = np.ascontiguousarray(np.column_stack([asked.load, asked.slip_ratio, asked.slip_angle]))
     if not np.isfinite(cases).all():
         raise InputRefused("a load, slip ratio or slip angle of the bench is not a number; give finite values")
     shape = {
@@ -91,13 +91,11 @@ def bench(
     }
     values, status = _solver.bench(law, soil_numbers(soil, gravity), shape, cases, method, list(effects), speed, step, longest, threads)
     values[np.array([word == "not_carried" for word in status], dtype=bool)] = np.nan
-    points = BenchPoints(
-        load=cases[:, 0],
-        slip_ratio=cases[:, 1],
-        slip_angle=cases[:, 2],
-        sinkage=values[:, 0],
-        drawbar_pull=values[:, 1],
-        side_force=values[:, 2],
-        drive_torque=values[:, 3],
-    )
+    points = replace(asked, sinkage=values[:, 0], drawbar_pull=values[:, 1], side_force=values[:, 2], drive_torque=values[:, 3])
     return BenchResult(points=points, status=tuple(status))
+
+
+def bench_at(law: str, soil: Soil, wheel: BenchWheel, points: BenchPoints, **options: Any) -> BenchPoints:
+    """The conditions of the points with calculated responses: what ``diagnosis.fit_soil`` takes. options : of ``bench``."""
+    conditions = {"load": points.load, "slip_ratio": points.slip_ratio, "slip_angle": points.slip_angle}
+    return bench(law, soil, wheel, **conditions, **options).points

@@ -106,9 +106,8 @@ def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path:
     sign = -1.0 if name.startswith("-") and name not in header else 1.0
     name = name if name in header else name.removeprefix("-")
     if name not in header:
-        constant = spec.replace(":", " ")
         try:  # a quantity that was the same for all rows: "load=64.7 N"
-            return np.full(len(rows), to_si(float(constant) if _is_number(constant) else constant, _si(quantity), quantity))
+            return np.full(len(rows), to_si(spec.replace(":", " "), _si(quantity), quantity))
         except InputRefused:
             raise InputRefused(f"'{path}' has no column '{name}' for {quantity}; {nearest_names(name, header)}") from None
     unit = unit or _unit(name, quantity)
@@ -118,23 +117,16 @@ def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path:
         text = (row[name] or "").strip()
         if not text or text.lower() in ("nan", "na", "-"):
             continue
-        if not _is_number(text):
-            raise InputRefused(f"row {k + 2} of '{path}' has '{text}' in column '{name}', which is no number")
-        numbers[k] = sign * factor * float(text)
+        try:
+            numbers[k] = sign * factor * float(text)
+        except ValueError:
+            raise InputRefused(f"row {k + 2} of '{path}' has '{text}' in column '{name}', which is no number") from None
     return numbers
 
 
 def _si(quantity: str) -> str:
     unit = QUANTITIES[quantity]
     return "dimensionless" if unit == "1" else unit
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def bench_csv_lines(points: BenchPoints, lead: Mapping[str, str] | None = None) -> list[str]:

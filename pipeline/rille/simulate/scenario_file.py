@@ -70,17 +70,27 @@ class _ScenarioSheet(Sheet):
     watch: list[_Watch] = []
 
 
+def surface_gravity(value: Number) -> float:
+    """Gravity [m/s^2] of ``moon``, ``mars``, ``earth``, ``none``, or of a number or quantity.
+
+    Raises
+    ------
+    InputRefused : with the nearest names.
+    """
+    if isinstance(value, str) and value.isalpha():
+        if value not in GRAVITY:
+            raise InputRefused(f"gravity is '{value}'; {nearest_names(value, GRAVITY)}")
+        return GRAVITY[value]
+    return to_si(value, "acceleration", "gravity")
+
+
 def _gravity(value: Number | list[Number]) -> tuple[float, float, float]:
     if isinstance(value, list):
         if len(value) != 3:
             raise InputRefused(f"gravity has {len(value)} components; give three, or one of {', '.join(GRAVITY)}")
         x, y, z = (to_si(v, "acceleration", "gravity") for v in value)
         return x, y, z
-    if isinstance(value, str) and value.isalpha():
-        if value not in GRAVITY:
-            raise InputRefused(f"gravity is '{value}'; {nearest_names(value, GRAVITY)}")
-        return 0.0, 0.0, -GRAVITY[value]
-    return 0.0, 0.0, -abs(to_si(value, "acceleration", "gravity"))
+    return 0.0, 0.0, -abs(surface_gravity(value))
 
 
 def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:

@@ -1,6 +1,6 @@
 """The database: the only Python of rille that speaks SQL. See ``schema/README.md`` for the contract."""
 
-from rille.store.bench import drop_bench, write_bench
+from rille.store.bench import write_bench
 from rille.store.database import create, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.health import check, info, units
@@ -15,7 +15,6 @@ __all__ = [
     "check",
     "check_effect",
     "create",
-    "drop_bench",
     "effect_kinds",
     "find_effect_kind",
     "info",

@@ -2,9 +2,9 @@
 
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rille.model import (
     Body,
@@ -20,6 +20,7 @@ from rille.model import (
     MassProperties,
     Material,
     Mesh,
+    Obstacle,
     Part,
     PartInstance,
     Pose,
@@ -105,14 +106,39 @@ def pose_columns(pose: Pose) -> dict[str, object]:
     return dict(zip(names, map(float, (*pose.position, *pose.rotation)), strict=True))
 
 
-def shape_columns(kind: str, size: tuple[float, ...], vertices: NDArray[np.float64] | None) -> dict[str, object]:
-    """Columns size_x size_y size_z vertices of a convex solid."""
-    sizes: list[float | None] = list(map(float, size))
-    if kind == "cylinder":
+def shape_columns(solid: CollisionShape | Obstacle) -> dict[str, object]:
+    """Columns of a convex solid: kind, its pose, size_x size_y size_z, vertices."""
+    sizes: list[float | None] = list(map(float, solid.size))
+    if solid.kind == "cylinder":
         sizes = [sizes[0], None, sizes[1]]
     sizes += [None] * (3 - len(sizes))
-    columns: dict[str, object] = dict(zip(("size_x", "size_y", "size_z"), sizes, strict=True))
-    return columns | {"vertices": None if vertices is None else np.ascontiguousarray(vertices, "<f8").tobytes()}
+    vertices = None if solid.vertices is None else np.ascontiguousarray(solid.vertices, "<f8").tobytes()
+    columns: dict[str, object] = {"kind": solid.kind, **pose_columns(solid.pose), "vertices": vertices}
+    return columns | dict(zip(("size_x", "size_y", "size_z"), sizes, strict=True))
+
+
+def read_shape(row: sqlite3.Row) -> dict[str, Any]:
+    """kind, pose, size and vertices of a convex solid, as written by ``shape_columns``."""
+    return {
+        "kind": row["kind"],
+        "pose": read_pose(row),
+        "size": tuple(v for v in (row["size_x"], row["size_y"], row["size_z"]) if v is not None),
+        "vertices": None if row["vertices"] is None else np.frombuffer(row["vertices"], "<f8").reshape(-1, 3),
+    }
+
+
+def write_material(connection: sqlite3.Connection, material: Material) -> int:
+    """Key of a material. Rovers and terrains share them: one that is there already is left as it is."""
+    there = connection.execute("SELECT id FROM material WHERE name = ?", (material.name,)).fetchone()
+    if there is not None:
+        return there["id"]
+    row = {f: getattr(material, f) for f in ("name", "density", "provenance", "source")}
+    return insert(connection, "material", f"material '{material.name}'", row)
+
+
+def read_material(row: sqlite3.Row) -> Material:
+    """A row of table ``material``."""
+    return Material(name=row["name"], density=row["density"], provenance=row["provenance"], source=row["source"])
 
 
 def write_sources(connection: sqlite3.Connection, sources: tuple[SourceFile, ...]) -> None:
@@ -143,15 +169,7 @@ class _Writer:
 
     def write_parts(self) -> None:
         for material in self.rover.materials:
-            subject = f"material '{material.name}'"
-            row = {
-                "name": material.name,
-                "density": material.density,
-                "provenance": material.provenance,
-                "source": material.source,
-            }
-            kept = self.connection.execute("SELECT id FROM material WHERE name = ?", (material.name,)).fetchone()  # an obstacle's
-            self.materials.keys[material.name] = kept["id"] if kept else insert(self.connection, "material", subject, row)
+            self.materials.keys[material.name] = write_material(self.connection, material)
         for part in self.rover.parts:
             subject = f"part '{part.name}'"
             row = {
@@ -194,9 +212,7 @@ class _Writer:
             row = {
                 "body_id": self.bodies.key(shape.body, subject),
                 "material_id": self.materials.key(shape.material, subject),
-                "kind": shape.kind,
-                **pose_columns(shape.pose),
-                **shape_columns(shape.kind, shape.size, shape.vertices),
+                **shape_columns(shape),
             }
             insert(self.connection, "collision_shape", subject, row)
 
@@ -329,10 +345,7 @@ class _Reader:
     def read(self) -> Rover:
         materials, parts, bodies, joints = (self.names[t] for t in ("material", "part", "body", "joint"))
         return Rover(
-            materials=tuple(
-                Material(name=r["name"], density=r["density"], provenance=r["provenance"], source=r["source"])
-                for r in self.rows("SELECT * FROM material ORDER BY id")
-            ),
+            materials=tuple(read_material(r) for r in self.rows("SELECT * FROM material ORDER BY id")),
             parts=self.parts(),
             instances=tuple(
                 PartInstance(path=r["path"], part=parts[r["part_id"]], body=bodies.get(r["body_id"]), pose=read_pose(r))
@@ -414,21 +427,10 @@ class _Reader:
         )
 
     def shapes(self) -> tuple[CollisionShape, ...]:
-        shapes = []
-        for r in self.rows("SELECT * FROM collision_shape ORDER BY id"):
-            size = tuple(v for v in (r["size_x"], r["size_y"], r["size_z"]) if v is not None)
-            vertices = None if r["vertices"] is None else np.frombuffer(r["vertices"], "<f8").reshape(-1, 3)
-            shapes.append(
-                CollisionShape(
-                    body=self.names["body"][r["body_id"]],
-                    kind=r["kind"],
-                    pose=read_pose(r),
-                    size=size,
-                    vertices=vertices,
-                    material=self.names["material"].get(r["material_id"]),
-                )
-            )
-        return tuple(shapes)
+        return tuple(
+            CollisionShape(body=self.names["body"][r["body_id"]], material=self.names["material"].get(r["material_id"]), **read_shape(r))
+            for r in self.rows("SELECT * FROM collision_shape ORDER BY id")
+        )
 
     def joints(self) -> tuple[Joint, ...]:
         bodies = self.names["body"]

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rille.model import InputRefused, LandformInstance, Material, MaterialPair, Obstacle, Soil, SoilPatch, Terrain, nearest_names
+from rille.model import InputRefused, LandformInstance, MaterialPair, Obstacle, Soil, SoilPatch, Terrain, nearest_names
 from rille.store.database import insert, reading, writing
-from rille.store.rover import pose_columns, read_pose, read_sources, shape_columns, write_sources
+from rille.store.rover import read_material, read_shape, read_sources, shape_columns, write_material, write_sources
 
 TILE = 1024  # rows and columns of a tile at most
 
@@ -39,7 +39,7 @@ def write_terrain(path: Path, terrain: Terrain, *, replace: bool = False) -> Non
         connection.execute("DELETE FROM provenance WHERE subject = ?", (f"terrain {terrain.name}",))
         soils = {soil.name: _write_soil(connection, soil) for soil in terrain.soils}
         for material in terrain.materials:
-            _write_material(connection, material)
+            write_material(connection, material)
         for pair in terrain.pairs:
             _write_pair(connection, pair, soils)
         key = _write_grid(connection, terrain, soils)
@@ -81,13 +81,6 @@ def _write_soil(connection: sqlite3.Connection, soil: Soil) -> int:
     return present["id"]
 
 
-def _write_material(connection: sqlite3.Connection, material: Material) -> None:
-    """Materials are shared with rovers: one that is there already is left as it is."""
-    if connection.execute("SELECT 1 FROM material WHERE name = ?", (material.name,)).fetchone() is None:
-        row = {f: getattr(material, f) for f in ("name", "density", "provenance", "source")}
-        insert(connection, "material", f"material '{material.name}'", row)
-
-
 def _write_obstacle(connection: sqlite3.Connection, obstacle: Obstacle, terrain: int) -> None:
     subject = f"obstacle '{obstacle.name}'"
     materials = dict(connection.execute("SELECT name, id FROM material").fetchall())
@@ -99,9 +92,7 @@ def _write_obstacle(connection: sqlite3.Connection, obstacle: Obstacle, terrain:
         "terrain_id": terrain,
         "name": obstacle.name,
         "material_id": materials.get(obstacle.material),
-        "kind": obstacle.kind,
-        **pose_columns(obstacle.pose),
-        **shape_columns(obstacle.kind, obstacle.size, obstacle.vertices),
+        **shape_columns(obstacle),
     }
     insert(connection, "obstacle", subject, row)
 
@@ -254,16 +245,13 @@ def _read(connection: sqlite3.Connection, row: sqlite3.Row) -> Terrain:
         obstacles=tuple(
             Obstacle(
                 name=r["name"],
-                kind=r["kind"],
-                pose=read_pose(r),
-                size=tuple(v for v in (r["size_x"], r["size_y"], r["size_z"]) if v is not None),
-                vertices=None if r["vertices"] is None else np.frombuffer(r["vertices"], "<f8").reshape(-1, 3),
                 material=materials.get(r["material_id"]),
+                **read_shape(r),
             )
             for r in obstacles
         ),
         materials=tuple(
-            Material(name=r["name"], density=r["density"], provenance=r["provenance"], source=r["source"])
+            read_material(r)
             for r in connection.execute(
                 "SELECT * FROM material WHERE id IN (SELECT material_id FROM obstacle WHERE terrain_id = ?)", (row["id"],)
             )

@@ -10,19 +10,16 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
-#include <atomic>
 #include <cmath>
-#include <exception>
-#include <map>
-#include <mutex>
-#include <thread>
 
 #include "effects/registry.hpp"
 #include "model/error.hpp"
+#include "model/named.hpp"
 #include "model/soil_range.hpp"
 #include "physics/sinkage.hpp"
 #include "physics/slip.hpp"
 #include "simulate/bench.hpp"
+#include "simulate/parallel.hpp"
 #include "simulate/parameters.hpp"
 #include "simulate/simulation.hpp"
 #include "store/contract.hpp"
@@ -46,28 +43,15 @@ rille::Model load(const std::string& path, const std::optional<std::string>& sce
   rille::require_double_precision();
   SQLite::Database database = rille::open_database(path);
   rille::Model model = rille::load_model(database, scenario);
-  if (step) {
-    if (!(*step > 0 && *step <= 0.1))
-      throw rille::InputRefused(fmt::format("step is {:g} s; it must be above 0 and at most 0.1 s", *step));
-    model.scenario.step = *step;
-  }
+  if (step) model.scenario.step = *step;
+  rille::require_step(model.scenario.step);
   return model;
-}
-
-rille::WheelSoilLaw law_from(const std::string& law) {
-  const std::map<std::string, rille::WheelSoilLaw> laws = {{"bekker", rille::WheelSoilLaw::bekker},
-                                                           {"bekker_wong", rille::WheelSoilLaw::bekker_wong},
-                                                           {"reece", rille::WheelSoilLaw::reece}};
-  if (!laws.contains(law))
-    throw rille::InputRefused(fmt::format("the wheel-soil law '{}' is unknown; known: bekker, bekker_wong, reece", law));
-  return laws.at(law);
 }
 
 // (kind, target kind, target, {parameter: number}[, formula, output, {constant: (value, unit)}]), complete: Python knows the catalogue.
 rille::EffectRow effect_from(const nb::tuple& row, const rille::Rover& rover) {
   rille::EffectRow effect;
   effect.kind = nb::cast<std::string>(row[0]);
-  const auto target = nb::cast<std::string>(row[1]);
   effect.target_name = nb::cast<std::string>(row[2]);
   for (const auto& [key, value] : nb::cast<nb::dict>(row[3])) effect.parameters[nb::cast<std::string>(key)] = nb::cast<double>(value);
   if (row.size() > 4) {
@@ -78,18 +62,7 @@ rille::EffectRow effect_from(const nb::tuple& row, const rille::Rover& rover) {
       effect.constants[nb::cast<std::string>(key)] = {pair.first, pair.second};
     }
   }
-  const auto find = [&](const auto& items) {
-    if (effect.target_name == "*") return -1;
-    for (std::size_t k = 0; k < items.size(); ++k)
-      if (items[k].name == effect.target_name) return static_cast<int>(k);
-    throw rille::InputRefused(fmt::format("the effect '{}' acts on {} '{}', which the model does not have", effect.kind, target, effect.target_name));
-  };
-  using rille::EffectTarget;
-  if (target == "wheel") effect.target = EffectTarget::wheel, effect.index = find(rover.wheels);
-  else if (target == "joint") effect.target = EffectTarget::joint, effect.index = find(rover.joints);
-  else if (target == "body") effect.target = EffectTarget::body, effect.index = find(rover.bodies);
-  else if (target == "sensor") effect.target = EffectTarget::sensor, effect.index = find(rover.sensors);
-  else effect.target = target == "terrain" ? EffectTarget::terrain : EffectTarget::world;
+  rille::aim(effect, nb::cast<std::string>(row[1]), rover);
   return effect;
 }
 
@@ -156,34 +129,14 @@ nb::ndarray<nb::numpy, double> windows(const std::vector<rille::Model*>& models,
   const double* rows = motions.data();
   {
     nb::gil_scoped_release release;
-    std::atomic<std::size_t> next = 0;
-    std::exception_ptr failure;
-    std::mutex lock;
-    const auto work = [&] {
-      try {
-        std::size_t current = models.size();
-        std::optional<Simulation> simulation;
-        for (std::size_t task = next++; task < n_tasks; task = next++) {
-          // Each window starts from a simulation that was never stepped, so that its result does not depend on which thread ran what before.
-          current = task / n_windows;
-          simulation.emplace(*models[current]);
-          start_from_row(*simulation, rows + (task % n_windows) * size, size);
-          auto read = quantities(models[current]->rover, channels);
-          sample(*simulation, read, n_steps, every, kept->data() + task * per_window);
-        }
-      } catch (...) {
-        const std::lock_guard guard(lock);
-        failure = std::current_exception();
-        next = n_tasks;
-      }
-    };
-    std::size_t n = threads > 0 ? static_cast<std::size_t>(threads) : std::max(1U, std::thread::hardware_concurrency());
-    n = std::max<std::size_t>(1, std::min(n, n_tasks));
-    std::vector<std::thread> pool;
-    for (std::size_t k = 1; k < n; ++k) pool.emplace_back(work);
-    work();
-    for (std::thread& thread : pool) thread.join();
-    if (failure) std::rethrow_exception(failure);
+    rille::parallel_for(n_tasks, threads, [&](std::size_t task) {
+      // Each window starts from a simulation that was never stepped, so that its result does not depend on which thread ran what before.
+      const rille::Model& model = *models[task / n_windows];
+      Simulation simulation(model);
+      start_from_row(simulation, rows + (task % n_windows) * size, size);
+      auto read = quantities(model.rover, channels);
+      sample(simulation, read, n_steps, every, kept->data() + task * per_window);
+    });
   }
   return nb::ndarray<nb::numpy, double>(kept->data(), {models.size(), n_windows, n_samples, channels.size()}, owner);
 }
@@ -232,7 +185,7 @@ NB_MODULE(_solver, module) {
         rille::require_within(load, rille::kAboveZero, rille::kAny, "load of the wheel");
         rille::require_within(slip_ratio, -1, 1, "slip ratio of the wheel");
         const double travel = slip_ratio >= 0 ? 1 - slip_ratio : 1 / std::max(1 + slip_ratio, 1e-3);
-        const auto found = rille::sinkage_under_load(law_from(law), soil, {radius, width}, {0, slip_ratio, travel, 0}, load);
+        const auto found = rille::sinkage_under_load(rille::soft_soil_law(law), soil, {radius, width}, {0, slip_ratio, travel, 0}, load);
         if (!found.found)
           throw rille::InputRefused(fmt::format("a wheel of radius {:g} m and width {:g} m sinks to its axle before the soil carries {:g} N", radius,
                                                 width, load));
@@ -276,7 +229,7 @@ NB_MODULE(_solver, module) {
         rig.step = step;
         rig.longest = longest;
         std::vector<rille::BenchCase> list;
-        for (std::size_t k = 0; k < cases.shape(0); ++k) list.push_back({0, law_from(law), cases(k, 0), cases(k, 1), cases(k, 2)});
+        for (std::size_t k = 0; k < cases.shape(0); ++k) list.push_back({0, rille::soft_soil_law(law), cases(k, 0), cases(k, 1), cases(k, 2)});
         const rille::BenchMethod how = method == "dynamic" ? rille::BenchMethod::dynamic : rille::BenchMethod::quasi_static;
         std::vector<rille::BenchPoint> points;
         {
@@ -345,10 +298,7 @@ NB_MODULE(_solver, module) {
              start_from_row(s, row.data(), row.shape(0));
            }, "motion"_a, "Go on from a row of motion(), with everything that is not motion at rest.")
       .def("command", [](Simulation& s, const std::string& drive, double value) {
-             const auto& drives = s.model().rover.drives;
-             for (std::size_t d = 0; d < drives.size(); ++d)
-               if (drives[d].name == drive) return s.command(static_cast<int>(d), value);
-             throw rille::InputRefused(fmt::format("the model has no drive '{}'", drive));
+             s.command(rille::find_named(s.model().rover.drives, drive, "the command is for drive"), value);
            }, "drive"_a, "value"_a, "Give a drive a set value now [rad/s, rad or N m].")
       .def("sample", [](Simulation& s, long long n_steps, long long every, const Channels& channels) {
              if (n_steps < 1 || every < 1) throw rille::InputRefused("sample needs n_steps and every of at least 1");

@@ -170,8 +170,7 @@ struct Attachment {
   template <class Made, class... Values>
   void to_joints(Values... values) const {
     each(effects.joints.size(), [&](std::size_t k) {
-      const JointKind kind = model.rover.joints[k].kind;
-      if (kind == JointKind::hinge || kind == JointKind::prismatic) effects.joints[k].push_back(std::make_unique<Made>(values...));
+      if (model.rover.joints[k].has_one_freedom()) effects.joints[k].push_back(std::make_unique<Made>(values...));
     });
   }
   template <class Made, class... Values>

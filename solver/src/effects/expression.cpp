@@ -98,9 +98,9 @@ void attach_expression(const Attachment& a) {
     case EffectTarget::joint:
       if (row.output != "joint.effort") throw refuse("joint.effort");
       a.each(a.effects.joints.size(), [&](std::size_t k) {
-        const JointKind kind = a.model.rover.joints[k].kind;
-        if (kind == JointKind::hinge || kind == JointKind::prismatic)
-          a.effects.joints[k].push_back(std::make_unique<JointExpression>(row, kind == JointKind::prismatic));
+        const Joint& joint = a.model.rover.joints[k];
+        if (joint.has_one_freedom())
+          a.effects.joints[k].push_back(std::make_unique<JointExpression>(row, joint.kind == JointKind::prismatic));
       });
       return;
     case EffectTarget::wheel: {

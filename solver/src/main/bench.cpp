@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <map>
 
 #include "main/exit_code.hpp"
 #include "model/error.hpp"
@@ -14,9 +13,6 @@
 
 namespace rille {
 namespace {
-
-const std::map<std::string, WheelSoilLaw> kLaws = {
-    {"bekker", WheelSoilLaw::bekker}, {"bekker_wong", WheelSoilLaw::bekker_wong}, {"reece", WheelSoilLaw::reece}};
 
 template <class Names>
 std::size_t find(const Names& names, const std::string& name, const char* what) {
@@ -49,19 +45,13 @@ int bench(const BenchOptions& options, bool (*interrupted)()) {
   std::vector<BenchCase> cases;
   for (const std::string& soil : options.soils.empty() ? soils.soil_names : options.soils)
     for (const std::string& law : options.laws) {
-      if (!kLaws.contains(law)) throw InputRefused(fmt::format("the wheel-soil law '{}' is unknown; use bekker, bekker_wong or reece", law));
       for (const double load : options.loads)
         for (const double slip : options.slips)
-          cases.push_back({static_cast<int>(find(soils.soil_names, soil, "soil")), kLaws.at(law), load, slip, options.slip_angle});
+          cases.push_back({static_cast<int>(find(soils.soil_names, soil, "soil")), soft_soil_law(law), load, slip, options.slip_angle});
     }
   const BenchMethod method = options.dynamic ? BenchMethod::dynamic : BenchMethod::quasi_static;
   const std::vector<BenchPoint> points = run_bench(rig, cases, method, 0, [interrupted] { return !interrupted(); });
 
-  const auto law_name = [](WheelSoilLaw law) {
-    for (const auto& [name, value] : kLaws)
-      if (value == law) return name;
-    return std::string("rigid");
-  };
   if (options.save) {
     SQLite::Transaction transaction(database);
     SQLite::Statement clear(database, "DELETE FROM bench_point WHERE bench = ?");
@@ -78,7 +68,7 @@ int bench(const BenchOptions& options, bool (*interrupted)()) {
       row.bind(1, *options.save);
       row.bind(2, options.dynamic ? "dynamic" : "quasi_static");
       row.bind(3, soils.soil_names[static_cast<std::size_t>(c.soil)]);
-      row.bind(4, law_name(c.law));
+      row.bind(4, word(c.law));
       int column = 5;
       for (const double value : {rig.wheel.radius, rig.wheel.width, c.load, c.slip_ratio, c.slip_angle}) row.bind(column++, value);
       if (p.status == BenchStatus::done)
@@ -93,7 +83,7 @@ int bench(const BenchOptions& options, bool (*interrupted)()) {
     const BenchCase& c = cases[k];
     const BenchPoint& p = points[k];
     fmt::print("{},{},{},{:.9g},{:.9g},{:.9g},{:.12g},{:.12g},{:.12g},{:.12g},{}\n", options.dynamic ? "dynamic" : "quasi_static",
-               soils.soil_names[static_cast<std::size_t>(c.soil)], law_name(c.law), c.load, c.slip_ratio, c.slip_angle, p.sinkage, p.drawbar_pull,
+               soils.soil_names[static_cast<std::size_t>(c.soil)], word(c.law), c.load, c.slip_ratio, c.slip_angle, p.sinkage, p.drawbar_pull,
                p.side_force, p.drive_torque, word(p.status));
   }
   if (points.size() < cases.size()) {

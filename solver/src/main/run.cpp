@@ -68,8 +68,7 @@ int run(const RunOptions& options, bool (*interrupted)()) {
   }
   if (options.duration) model.scenario.duration = *options.duration;
   Scenario& scenario = model.scenario;
-  if (!(scenario.step > 0 && scenario.step <= 0.1))
-    throw InputRefused(fmt::format("step is {:g} s; it must be above 0 and at most 0.1 s", scenario.step));
+  require_step(scenario.step);
   if (!(scenario.duration > 0 && std::isfinite(scenario.duration)))
     throw InputRefused(fmt::format("duration is {:g} s; it must be above 0", scenario.duration));
   if (scenario.duration / scenario.step > 1e12)

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "model/error.hpp"
+#include "model/named.hpp"
+#include "model/rover.hpp"
 
 namespace rille {
 
@@ -33,5 +35,34 @@ struct EffectRow {
     return found->second;
   }
 };
+
+// Says what the row acts on: target is a word of table effect_kind, or of `target_kind` where that is "any". Raises InputRefused for a target
+// that the rover does not have or that the law cannot act on.
+inline void aim(EffectRow& effect, const std::string& target, const Rover& rover) {
+  static const std::map<std::string, EffectTarget> kTargets = {{"wheel", EffectTarget::wheel}, {"joint", EffectTarget::joint},
+                                                               {"body", EffectTarget::body},   {"sensor", EffectTarget::sensor},
+                                                               {"terrain", EffectTarget::terrain}, {"world", EffectTarget::world}};
+  const auto known = kTargets.find(target);
+  if (known == kTargets.end())
+    throw InputRefused(fmt::format("the effect '{}' on '{}' needs target_kind 'wheel', 'joint' or 'body' among its parameters", effect.kind,
+                                   effect.target_name));
+  effect.target = known->second;
+  effect.index = -1;
+  if (effect.target_name == "*") return;
+  const std::string whose = fmt::format("the effect '{}' acts on {}", effect.kind, target);
+  switch (effect.target) {
+    case EffectTarget::wheel: effect.index = find_named(rover.wheels, effect.target_name, whose); return;
+    case EffectTarget::body: effect.index = find_named(rover.bodies, effect.target_name, whose); return;
+    case EffectTarget::sensor: effect.index = find_named(rover.sensors, effect.target_name, whose); return;
+    case EffectTarget::joint: {
+      effect.index = find_named(rover.joints, effect.target_name, whose);
+      if (!rover.joints[static_cast<std::size_t>(effect.index)].has_one_freedom())
+        throw InputRefused(fmt::format("{} '{}', which neither turns on a hinge nor slides", whose, effect.target_name));
+      return;
+    }
+    case EffectTarget::terrain:
+    case EffectTarget::world: return;
+  }
+}
 
 }  // namespace rille

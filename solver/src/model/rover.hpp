@@ -36,6 +36,9 @@ struct Joint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  // [m] a point on the axis
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // [-] unit axis
   std::optional<Limit> limit;
+
+  // Turns about its axis or slides along it: has a position, can be driven, limited and rubbed.
+  bool has_one_freedom() const { return kind == JointKind::hinge || kind == JointKind::prismatic; }
 };
 
 enum class DriveMode { speed, torque, position };

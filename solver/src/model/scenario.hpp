@@ -1,6 +1,8 @@
 // One experiment as read from the database.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -8,7 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "model/error.hpp"
+
 namespace rille {
+
+// Raises InputRefused for a time step [s] that no drive can be simulated with.
+inline void require_step(double step) {
+  if (!(step > 0 && step <= 0.1)) throw InputRefused(fmt::format("step is {:g} s; it must be above 0 and at most 0.1 s", step));
+}
 
 enum class Integrator { automatic, semi_implicit_euler, rk4 };
 enum class Placement { on_terrain, as_given };

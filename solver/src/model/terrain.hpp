@@ -8,11 +8,9 @@
 #include <vector>
 
 #include "model/rover.hpp"
+#include "model/wheel_soil_law.hpp"
 
 namespace rille {
-
-// `rigid`: ground as hard as rock, no soil law at all.
-enum class WheelSoilLaw { bekker, bekker_wong, reece, rigid };
 
 // Parameters of a soil; plain numbers, so that an effect can change a copy of them at every step.
 struct Soil {

@@ -83,7 +83,7 @@ void Recorder::add(const Snapshot& snapshot) {
             s.angular_velocity.z()});
   }
   for (std::size_t j = 0; j < snapshot.joints.size(); ++j) {
-    if (rover.joints[j].kind != JointKind::hinge && rover.joints[j].kind != JointKind::prismatic) continue;
+    if (!rover.joints[j].has_one_freedom()) continue;
     const JointState& s = snapshot.joints[j];
     insert(joint_, run_id_, snapshot.time, rover.joints[j].id, {s.position, s.velocity, s.effort, s.work});
   }

@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <exception>
-#include <mutex>
-#include <thread>
 
 #include "effects/registry.hpp"
 #include "model/error.hpp"
 #include "model/soil_range.hpp"
 #include "physics/sinkage.hpp"
+#include "simulate/parallel.hpp"
 #include "simulate/simulation.hpp"
 
 namespace rille {
@@ -218,30 +214,8 @@ std::vector<BenchPoint> run_bench(const Bench& bench, const std::vector<BenchCas
     points.resize(k);
     return points;
   }
-  std::atomic<std::size_t> next = 0;
-  std::atomic<bool> stop = false;
-  std::exception_ptr failure;
-  std::mutex lock;
-  const auto work = [&] {
-    try {
-      for (std::size_t k = next++; k < cases.size() && !stop; k = next++) points[k] = dynamic_point(bench, cases[k]);
-    } catch (...) {
-      const std::lock_guard guard(lock);
-      failure = std::current_exception();
-      stop = true;
-    }
-  };
-  std::size_t n = threads > 0 ? static_cast<std::size_t>(threads) : std::max(1U, std::thread::hardware_concurrency());
-  n = std::min(n, cases.size());
-  std::vector<std::thread> pool;
-  for (std::size_t t = 0; t < n; ++t) pool.emplace_back(work);
-  while (keep_going && !stop && next < cases.size() + n) {
-    if (!keep_going()) stop = true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  for (std::thread& thread : pool) thread.join();
-  if (failure) std::rethrow_exception(failure);
-  if (keep_going && !keep_going()) points.clear();
+  const bool whole = parallel_for(cases.size(), threads, [&](std::size_t k) { points[k] = dynamic_point(bench, cases[k]); }, keep_going);
+  if (!whole) points.clear();
   return points;
 }
 

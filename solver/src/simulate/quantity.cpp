@@ -1,11 +1,10 @@
 #include "simulate/quantity.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <map>
 
-#include "model/error.hpp"
+#include "model/named.hpp"
 
 namespace rille {
 namespace {
@@ -18,29 +17,19 @@ const std::map<std::string, double WheelState::*> kWheel = {
     {"wheel.drive_torque", &WheelState::drive_torque}, {"wheel.slip_ratio", &WheelState::slip_ratio},
     {"wheel.slip_angle", &WheelState::slip_angle}};
 
-template <class Items>
-int find(const Items& items, const std::string& name, const char* what, const std::string& who) {
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < items.size(); ++k) {
-    if (items[k].name == name) return static_cast<int>(k);
-    names.push_back(items[k].name);
-  }
-  throw InputRefused(fmt::format("{} reads {} '{}', which the model does not have; it has {}", who, what, name, fmt::join(names, ", ")));
-}
-
 }  // namespace
 
 Quantity::Quantity(const Rover& rover, const std::string& quantity, const std::string& target, bool body_frame, const std::string& who)
     : body_frame_(body_frame) {
   if (const auto found = kJoint.find(quantity); found != kJoint.end()) {
     joint_ = found->second;
-    index_ = find(rover.joints, target, "joint", who);
+    index_ = find_named(rover.joints, target, who + " reads joint");
     return;
   }
   if (const auto found = kWheel.find(quantity); found != kWheel.end()) {
     kind_ = Kind::wheel;
     wheel_ = found->second;
-    index_ = find(rover.wheels, target, "wheel", who);
+    index_ = find_named(rover.wheels, target, who + " reads wheel");
     return;
   }
   const std::map<std::string, std::pair<Kind, int>> parts = {{"part.position", {Kind::position, 3}},
@@ -51,12 +40,12 @@ Quantity::Quantity(const Rover& rover, const std::string& quantity, const std::s
   if (const auto found = parts.find(quantity); found != parts.end()) {
     kind_ = found->second.first;
     size_ = found->second.second;
-    index_ = find(rover.bodies, target, "body", who);
+    index_ = find_named(rover.bodies, target, who + " reads body");
     return;
   }
   if (quantity == "motor.current" || quantity == "motor.voltage") {
     kind_ = quantity == "motor.current" ? Kind::current : Kind::voltage;
-    drive_ = find(rover.drives, target, "drive", who);
+    drive_ = find_named(rover.drives, target, who + " reads drive");
     const Drive& drive = rover.drives[static_cast<std::size_t>(drive_)];
     index_ = drive.joint;
     if (!drive.torque_constant || (kind_ == Kind::voltage && !drive.resistance))

@@ -65,7 +65,6 @@ RigidContacts::RigidContacts(const Model& model, const Mechanism&)
     bound_.push_back(bound);
   }
   wheel_force_.assign(rover.wheels.size(), Vector3d::Zero());
-  wheel_touches_.assign(rover.wheels.size(), false);
 }
 
 const std::string& RigidContacts::name(int mover) const {
@@ -144,7 +143,6 @@ void RigidContacts::add_wheel_on_ground(int wheel, int body, const Vector3d& poi
 bool RigidContacts::open_rows(const Mechanism& mechanism, double h, RowSet& rows) {
   rounds_ = 0;
   for (Vector3d& force : wheel_force_) force.setZero();
-  wheel_touches_.assign(wheel_touches_.size(), false);
   for (Contact& contact : contacts_) {
     const Vector3d any = std::abs(contact.normal.x()) < 0.7 ? Vector3d::UnitX() : Vector3d::UnitY();
     contact.tangent_1 = (any - any.dot(contact.normal) * contact.normal).normalized();
@@ -209,7 +207,7 @@ bool RigidContacts::tighten(RowSet& rows, const Eigen::VectorXd& impulse) {
   return again;
 }
 
-void RigidContacts::close_rows(const RowSet&, const Eigen::VectorXd& impulse, double h, double time, std::vector<Event>& events) {
+void RigidContacts::close_rows(const Eigen::VectorXd& impulse, double h, double time, std::vector<Event>& events) {
   last_normal_.clear();
   last_slide_.clear();
   const auto n_wheels = static_cast<int>(wheel_force_.size());
@@ -220,11 +218,7 @@ void RigidContacts::close_rows(const RowSet&, const Eigen::VectorXd& impulse, do
     const Vector3d friction = impulse[contact.row + 1] * contact.tangent_1 + impulse[contact.row + 2] * contact.tangent_2;
     if (friction.norm() >= kSlides * contact.pair.friction * normal)
       entry<Vector3d>(last_slide_, {contact.mover, contact.obstacle}, Vector3d::Zero()) += friction;
-    if (contact.mover < n_wheels) {
-      wheel_force_[static_cast<std::size_t>(contact.mover)] +=
-          (normal * contact.normal + friction) / h;
-      wheel_touches_[static_cast<std::size_t>(contact.mover)] = true;
-    }
+    if (contact.mover < n_wheels) wheel_force_[static_cast<std::size_t>(contact.mover)] += (normal * contact.normal + friction) / h;
     if (contact.obstacle < 0 && contact.mover < n_wheels) continue;  // wheels on the ground: what wheels are for
     const std::string what =
         contact.obstacle >= 0 ? "obstacle '" + model_->terrain->obstacles[static_cast<std::size_t>(contact.obstacle)].name + "'" : "the ground";

@@ -32,11 +32,10 @@ class RigidContacts {
   bool open_rows(const Mechanism& mechanism, double h, RowSet& rows);
   // Adjusts the friction bounds to the last solution; returns whether they must be solved again.
   bool tighten(RowSet& rows, const Eigen::VectorXd& impulse);
-  void close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h, double time, std::vector<Event>& events);
+  void close_rows(const Eigen::VectorXd& impulse, double h, double time, std::vector<Event>& events);
 
   // Force of obstacles and hard ground on a wheel in the last step [N] in W.
   const Eigen::Vector3d& wheel_force(int wheel) const { return wheel_force_[static_cast<std::size_t>(wheel)]; }
-  bool wheel_touches(int wheel) const { return wheel_touches_[static_cast<std::size_t>(wheel)]; }
   // Deepest overlap with an obstacle [m, negative] and who it is, as of the last find().
   std::pair<double, std::string> deepest_overlap() const;
 
@@ -54,7 +53,6 @@ class RigidContacts {
     double gap = 0;
     RigidPair pair;
     int row = -1;
-    double normal_impulse = 0;
     double strength = 0;  // [N s] bound of friction in this round
   };
   using Key = std::pair<int, int>;  // mover, obstacle
@@ -69,7 +67,6 @@ class RigidContacts {
   std::vector<Contact> contacts_;
   std::vector<Touch> touches_;
   std::vector<Eigen::Vector3d> wheel_force_;
-  std::vector<bool> wheel_touches_;
   int rounds_ = 0;
   std::vector<std::pair<Key, double>> last_normal_;  // [N s] impulse of each pair in the last step
   std::vector<std::pair<Key, Eigen::Vector3d>> last_slide_;  // [N s] friction of each pair that slid in the last step, in W

@@ -374,7 +374,7 @@ void Simulation::account(double h, const VectorXd& before, const VectorXd& after
   }
   for (std::size_t w = 0; w < contacts_.size(); ++w) contacts_[w].close_rows(rows_, impulse, h);
   std::vector<Event> unwanted;
-  rigid_->close_rows(rows_, impulse, h, now, holding_ ? unwanted : events_);
+  rigid_->close_rows(impulse, h, now, holding_ ? unwanted : events_);
   for (std::size_t w = 0; w < contacts_.size(); ++w) contacts_[w].add_rigid(rigid_->wheel_force(static_cast<int>(w)));
   for (DriveUnit& drive : drives_) {
     const int dof = mechanism_.dof_of(drive.drive().joint);
@@ -402,18 +402,16 @@ void Simulation::look(double h) {
   const auto stride = std::max(1LL, std::llround(kStuckLook / h));
   const bool due = steps_ % stride == 0;
   if (!watching_ && !due) return;
-  mechanism_.update_kinematics();
-  const std::vector<JointState> joints = joint_states();
-  const std::vector<WheelState> wheels = wheel_states();
-  const Readable from{model_.get(), &mechanism_, &joints, &wheels, h};
-  sensors_->sense(time(), from);
-  const bool every_step = !watcher_->empty();
-  if (!every_step && !due) return;
-  for (const Watch* watch : watcher_->look(time(), every_step ? h : h * static_cast<double>(stride), from, events_)) {
-    if (watch->action == WatchAction::command) drives_[at(watch->drive)].set(watch->value);
-    if (watch->action == WatchAction::stop && outcome_ == Outcome::running)
-      fail(Outcome::stopped, events_.back().message + ", and stops the run");
-  }
+  with_readable([&](const Readable& from) {
+    sensors_->sense(time(), from);
+    const bool every_step = !watcher_->empty();
+    if (!every_step && !due) return;
+    for (const Watch* watch : watcher_->look(time(), every_step ? h : h * static_cast<double>(stride), from, events_)) {
+      if (watch->action == WatchAction::command) drives_[at(watch->drive)].set(watch->value);
+      if (watch->action == WatchAction::stop && outcome_ == Outcome::running)
+        fail(Outcome::stopped, events_.back().message + ", and stops the run");
+    }
+  });
 }
 
 Outcome Simulation::settle(const std::function<bool()>& keep_going) {
@@ -440,11 +438,7 @@ Outcome Simulation::settle(const std::function<bool()>& keep_going) {
                  : fmt::format("still moves at {:.2g} m/s or rad/s after {:g} s; a longer settle_time may help",
                                mechanism_.velocity().cwiseAbs().maxCoeff(), model_->scenario.settle_time));
   start_accounts();
-  if (!sensors_->empty() && outcome_ == Outcome::running) {
-    const std::vector<JointState> joints = joint_states();
-    const std::vector<WheelState> wheels = wheel_states();
-    sensors_->sense(0, {model_.get(), &mechanism_, &joints, &wheels, h});
-  }
+  if (!sensors_->empty() && outcome_ == Outcome::running) with_readable([&](const Readable& from) { sensors_->sense(0, from); });
   return outcome_;
 }
 
@@ -458,8 +452,7 @@ std::vector<JointState> Simulation::joint_states() const {
   const Rover& rover = model_->rover;
   std::vector<JointState> joints(rover.joints.size());
   for (std::size_t j = 0; j < rover.joints.size(); ++j) {
-    const JointKind kind = rover.joints[j].kind;
-    if (kind != JointKind::hinge && kind != JointKind::prismatic) continue;
+    if (!rover.joints[j].has_one_freedom()) continue;
     joints[j].position = mechanism_.joint_position(static_cast<int>(j));
     joints[j].velocity = mechanism_.joint_velocity(static_cast<int>(j));
   }
@@ -560,10 +553,7 @@ void Simulation::start_at(double time, const MechanismState& motion) {
 }
 
 std::vector<double> Simulation::read(Quantity& quantity) const {
-  mechanism_.update_kinematics();
-  const std::vector<JointState> joints = joint_states();
-  const std::vector<WheelState> wheels = wheel_states();
-  return quantity.read({model_.get(), &mechanism_, &joints, &wheels, model_->scenario.step});
+  return with_readable([&](const Readable& from) { return quantity.read(from); });
 }
 
 Eigen::VectorXd Simulation::inverse_dynamics(const VectorXd& acceleration) {

@@ -108,6 +108,14 @@ class Simulation {
   void look(double h);
   std::vector<JointState> joint_states() const;
   std::vector<WheelState> wheel_states() const;
+  // Calls use(Readable) with the states as of now.
+  template <class Use>
+  auto with_readable(Use&& use) const {
+    mechanism_.update_kinematics();
+    const std::vector<JointState> joints = joint_states();
+    const std::vector<WheelState> wheels = wheel_states();
+    return use(Readable{model_.get(), &mechanism_, &joints, &wheels, model_->scenario.step});
+  }
 
   std::unique_ptr<Model> model_;  // on the heap: contacts point into it
   std::unique_ptr<Effects> effects_;

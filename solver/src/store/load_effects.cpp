@@ -1,26 +1,6 @@
 #include "store/parts.hpp"
 
-#include <fmt/ranges.h>
-
-#include <vector>
-
 namespace rille {
-namespace {
-
-template <class Items>
-int find_target(const Items& items, const std::string& name, const char* what, const std::string& kind) {
-  if (name == "*") return -1;
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < items.size(); ++k) {
-    if (items[k].name == name) return static_cast<int>(k);
-    names.push_back(items[k].name);
-  }
-  throw InputRefused(fmt::format("the effect '{}' acts on {} '{}', which the model does not have; use '*' or one of {}", kind, what, name,
-                                 fmt::join(names, ", ")));
-}
-
-}  // namespace
-
 void load_effects(Database& database, Model& model) {
   Statement row(database,
                 "SELECT effect.id AS id, name, effect_kind.target AS kind_target, effect.target AS target, parameters, effect_kind_id, "
@@ -32,25 +12,7 @@ void load_effects(Database& database, Model& model) {
     effect.target_name = row.getColumn("target").getString();
     std::string target = row.getColumn("kind_target").getString();
     if (target == "any") target = row.getColumn("target_kind").getString();
-    const std::map<std::string, EffectTarget> targets = {{"wheel", EffectTarget::wheel}, {"joint", EffectTarget::joint},
-                                                         {"body", EffectTarget::body},   {"sensor", EffectTarget::sensor},
-                                                         {"terrain", EffectTarget::terrain}, {"world", EffectTarget::world}};
-    if (!targets.contains(target))
-      throw InputRefused(fmt::format("the effect '{}' on '{}' needs target_kind 'wheel', 'joint' or 'body' among its parameters", effect.kind,
-                                     effect.target_name));
-    effect.target = targets.at(target);
-    switch (effect.target) {
-      case EffectTarget::wheel: effect.index = find_target(model.rover.wheels, effect.target_name, "wheel", effect.kind); break;
-      case EffectTarget::joint: effect.index = find_target(model.rover.joints, effect.target_name, "joint", effect.kind); break;
-      case EffectTarget::body: effect.index = find_target(model.rover.bodies, effect.target_name, "body", effect.kind); break;
-      case EffectTarget::sensor: effect.index = find_target(model.rover.sensors, effect.target_name, "sensor", effect.kind); break;
-      default: break;
-    }
-    if (effect.target == EffectTarget::joint && effect.index >= 0) {
-      const Joint& joint = model.rover.joints[static_cast<std::size_t>(effect.index)];
-      if (joint.kind != JointKind::hinge && joint.kind != JointKind::prismatic)
-        throw InputRefused(fmt::format("the effect '{}' acts on joint '{}', which neither turns on a hinge nor slides", effect.kind, joint.name));
-    }
+    aim(effect, target, model.rover);
     const std::int64_t id = row.getColumn("id").getInt64();
     // Names that are no parameter of the law are mistakes, not comments.
     Statement stranger(database,

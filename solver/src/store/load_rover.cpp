@@ -59,7 +59,7 @@ Index load_joints(Database& database, const Index& bodies, Rover& rover) {
     if (!(joint.axis.norm() > 1e-3)) throw InputRefused(fmt::format("the axis of {} has length {:g}; give a unit vector", subject, joint.axis.norm()));
     joint.axis.normalize();
     if (!row.getColumn("lower").isNull()) {
-      if (joint.kind != JointKind::hinge && joint.kind != JointKind::prismatic)
+      if (!joint.has_one_freedom())
         throw InputRefused(fmt::format("{} has a limit, but only hinges and prismatic joints can; remove the limit", subject));
       joint.limit = Limit{finite(row, "lower", subject), finite(row, "upper", subject)};
     }
@@ -185,7 +185,7 @@ void load_sensors(Database& database, Rover& rover) {
 
 void require_one_freedom(const Rover& rover, int joint, const std::string& subject) {
   const Joint& carried = rover.joints[joint];
-  if (carried.kind != JointKind::hinge && carried.kind != JointKind::prismatic)
+  if (!carried.has_one_freedom())
     throw InputRefused(fmt::format("{} acts on joint '{}', which is neither a hinge nor prismatic", subject, carried.name));
 }
 

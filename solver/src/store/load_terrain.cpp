@@ -87,12 +87,7 @@ Response response_of(Database& database, const Wheel& wheel, std::int64_t soil_i
                                    wheel.name, soil));
   const std::string subject = fmt::format("the pair wheel '{}' - soil '{}'", wheel.name, soil);
   Response response;
-  response.law = word_of<WheelSoilLaw>(row, "response",
-                                       {{"bekker", WheelSoilLaw::bekker},
-                                        {"bekker_wong", WheelSoilLaw::bekker_wong},
-                                        {"reece", WheelSoilLaw::reece},
-                                        {"rigid", WheelSoilLaw::rigid}},
-                                       subject);
+  response.law = word_of<WheelSoilLaw>(row, "response", wheel_soil_laws(), subject);
   if (response.law == WheelSoilLaw::rigid) response.rigid = rigid_pair(row, subject);
   return response;
 }

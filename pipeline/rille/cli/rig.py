@@ -1,0 +1,110 @@
+"""What the verbs of the bench share: wheel, load, soils, effects and measured points from the options."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rille.cli.talk import assignments
+
+if TYPE_CHECKING:
+    from rille.model import BenchPoints, BenchWheel, Effect, Soil
+
+Columns = Annotated[list[str] | None, typer.Option("--column", help="QUANTITY=COLUMN of the CSV: sinkage=-Z_mm, load=64.7:N; repeatable.")]
+Where = Annotated[list[str] | None, typer.Option("--where", help="COLUMN=TEXT that rows of the CSV must have; repeatable.")]
+
+
+def find_wheel(
+    database: Path | None, name: str | None, radius: str | None, width: str | None, grousers: str | None
+) -> tuple["BenchWheel", list[tuple]]:
+    """The wheel of a database with the rows of the effects on it; without a database, or with a radius, that of the options."""
+    from rille import simulate, store
+    from rille.model import BenchWheel, InputRefused, nearest_names
+
+    if database is None:
+        return wheel_of(radius, width, grousers), []
+    wheels = {wheel.name: wheel for wheel in store.read_rover(database).wheels}
+    if not wheels and (radius is None or width is None):
+        raise InputRefused(f"'{database}' has no wheel; build a rover into it, or give --radius and --width")
+    if name is not None and name not in wheels:
+        raise InputRefused(f"'{database}' has no wheel '{name}'; {nearest_names(name, wheels)}")
+    if not wheels or radius is not None:
+        return wheel_of(radius, width, grousers), []
+    made = wheels[name] if name is not None else next(iter(wheels.values()))
+    acting = [e for e in store.read_effects(database) if e.target in ("*", made.name)]
+    on_wheel = [replace(e, target="*") for e in acting if store.find_effect_kind(e.kind).target == "wheel"]
+    count, height = (made.grouser.count, made.grouser.height) if made.grouser is not None else (0, 0.0)
+    wheel = BenchWheel(radius=made.radius, width=made.width, grouser_count=count, grouser_height=height)
+    return wheel, simulate.effect_rows(on_wheel, store.effect_kinds())
+
+
+def wheel_of(radius: str | None, width: str | None, grousers: str | None) -> "BenchWheel":
+    """The wheel that the options describe."""
+    from rille.model import BenchWheel, InputRefused
+    from rille.model.quantity import to_si
+
+    if radius is None or width is None:
+        raise InputRefused('the bench needs a wheel: a database, or --radius "150 mm" --width "165 mm"')
+    count, height = 0, 0.0
+    if grousers is not None:
+        number, cross, size = grousers.partition("x")
+        if not cross or not number.strip().isdigit():
+            raise InputRefused(f"'{grousers}' says no grousers; write \"24 x 10 mm\"")
+        count, height = int(number), to_si(size.strip(), "length", "height of the grousers")
+    size_of_rim = {"radius": to_si(radius, "length", "radius"), "width": to_si(width, "length", "width")}
+    return BenchWheel(**size_of_rim, grouser_count=count, grouser_height=height)
+
+
+def find_load(text: str, gravity: float) -> float:
+    """A load [N] of ``30 N``, ``30`` or ``5 kg`` under a gravity [m/s^2]."""
+    from rille.model import InputRefused
+    from rille.model.quantity import to_si
+
+    try:
+        return to_si(text, "force", "load")
+    except InputRefused as refusal:
+        try:
+            return to_si(text, "mass", "load") * gravity
+        except InputRefused:
+            raise refusal from None
+
+
+def find_soils(database: Path | None, names: list[str] | None) -> list["Soil"]:
+    """Soils of a database and the library by name; without names all of the database, else lunar_sourcebook."""
+    from rille import store, terrain
+
+    own = {} if database is None else {soil.name: soil for soil in store.read_soils(database)}
+    known = dict(terrain.soils()) | own
+    names = names or list(own) or ["lunar_sourcebook"]
+    return [pick_soil(known, name) for name in names]
+
+
+def pick_soil(soils: Mapping[str, "Soil"], name: str) -> "Soil":
+    """One of the soils by its name."""
+    from rille.model import InputRefused, nearest_names
+
+    if name not in soils:
+        raise InputRefused(f"there is no soil '{name}'; {nearest_names(name, soils)}")
+    return soils[name]
+
+
+def find_effect(text: str) -> "Effect":
+    """The effect that ``slip_sinkage:slip_gain=0.5`` says."""
+    from rille import store
+    from rille.cli.effects import parse_values
+    from rille.model import Effect
+
+    name, _, rest = text.partition(":")
+    effect = Effect(kind=name, parameters=parse_values([part for part in rest.split(",") if part]))
+    store.check_effect(effect)
+    return effect
+
+
+def read_points(path: Path, column: list[str] | None, where: list[str] | None) -> "BenchPoints":
+    """Measured points of a CSV with the options of the command line."""
+    from rille import simulate
+
+    example = "--column sinkage=-Z_mm"
+    return simulate.read_bench_csv(path, assignments(column, example), assignments(where, example))
