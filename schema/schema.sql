@@ -9,7 +9,7 @@
 -- Values of provenance: stated (written by a person), measured, geometry (computed from B-rep), cad_material, default.
 
 PRAGMA application_id = 1380535372;  -- "RILL"
-PRAGMA user_version = 2;
+PRAGMA user_version = 3;
 
 -- ---------------------------------------------------------------- where values come from
 
@@ -74,7 +74,7 @@ CREATE TABLE part (
   material_id INTEGER REFERENCES material(id),                      -- [-] material, if known
   brep_hash TEXT NOT NULL DEFAULT '',                               -- [-] digest of the exact geometry; the same shape, the same digest
   volume REAL NOT NULL CHECK (volume >= 0),                         -- [m^3] volume of its solids
-  mass REAL NOT NULL CHECK (mass > 0),                              -- [kg] mass of one instance
+  mass REAL NOT NULL CHECK (mass >= 0),                             -- [kg] mass of one instance; 0: only seen (free surfaces)
   com_x REAL NOT NULL,                                              -- [m] centre of mass in the part's frame
   com_y REAL NOT NULL,                                              -- [m] centre of mass in the part's frame
   com_z REAL NOT NULL,                                              -- [m] centre of mass in the part's frame
@@ -87,7 +87,7 @@ CREATE TABLE part (
   mass_provenance TEXT NOT NULL CHECK (mass_provenance IN ('stated', 'measured', 'geometry', 'cad_material', 'default')),  -- [-] kind of source
   inertia_provenance TEXT NOT NULL CHECK (inertia_provenance IN ('stated', 'measured', 'geometry', 'cad_material', 'default')),  -- [-] kind of source
   color TEXT NOT NULL DEFAULT '#9aa0a6' CHECK (color GLOB '#??????'),  -- [-] colour as #rrggbb
-  CHECK (ixx > 0 AND iyy > 0 AND izz > 0),
+  CHECK (ixx >= 0 AND iyy >= 0 AND izz >= 0),  -- 0: a lumped mass
   CHECK (ixx <= (iyy + izz) * 1.000001 AND iyy <= (ixx + izz) * 1.000001 AND izz <= (ixx + iyy) * 1.000001)
 ) STRICT;
 
@@ -185,8 +185,11 @@ CREATE TABLE joint_limit (
   joint_id INTEGER PRIMARY KEY REFERENCES joint(id) ON DELETE CASCADE,  -- [-] hinge or prismatic joint
   lower REAL NOT NULL,                                              -- [rad or m] smallest position
   upper REAL NOT NULL,                                              -- [rad or m] largest position
+  stiffness REAL CHECK (stiffness > 0),                             -- [N m/rad or N/m] of the stops; absent = rigid
+  damping REAL CHECK (damping >= 0),                                -- [N m s/rad or N s/m] of the stops while pressed; absent = 0
   provenance TEXT NOT NULL CHECK (provenance IN ('stated', 'measured', 'geometry', 'cad_material', 'default')),  -- [-] kind of source
-  CHECK (lower < upper)
+  CHECK (lower < upper),
+  CHECK (damping IS NULL OR stiffness IS NOT NULL)
 ) STRICT;
 
 CREATE TABLE drive (

@@ -4,6 +4,7 @@
     sweep       one call of the bench: 3 laws x 4 loads x 17 slip ratios
     effects     time with each effect of the catalogue at its usual size against none; and with every one present at zero
     threads     two worlds on two threads against the same two on one
+    cad         a model built from an empty cache, rebuilt unchanged; a wheel's collision shape
 
 Every time is the least of several, taken in turns, so that what else the machine does strikes all alike. ``--save`` appends to
 ``results/<machine>.csv``.
@@ -21,6 +22,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from bench_cad import measure_cad
 from rille._solver import Model, Simulation, windows
 
 from rille import cad, store, terrain
@@ -214,6 +216,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = make_model(Path(folder))
         found = measure_speed(path) | measure_sweep() | measure_effects(path) | measure_threads(path)
+    found |= measure_cad(EXAMPLES / "rover" / "rover.toml")
     if save:
         _save(found)
 

@@ -45,7 +45,7 @@ def write(path: Path) -> None:
             child="mast",
             point=(0, 0, 0.3),
             axis=(0, 1, 0),
-            limit=JointLimit(lower=-0.2, upper=0.2, provenance="stated"),
+            limit=JointLimit(lower=-0.2, upper=0.2, stiffness=500.0, damping=5.0),
         ),
         Joint(name="twin", kind="hinge", parent="chassis", child="twin", point=(0.2, 0, 0.3), axis=(0, 1, 0)),
     )

@@ -1,5 +1,7 @@
 """Pendulums: closed forms, measured order of convergence, energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rille._solver import Simulation
@@ -8,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from machines import chain
-from rille.model import InitialJointState, Scenario
+from rille.model import InitialJointState, JointLimit, Scenario
 
 GRAVITY = 9.80665  # [m/s^2]
 
@@ -132,10 +134,6 @@ def test_energy_of_a_passive_mechanism(make_model):
 
 def test_a_limit_stops_a_pendulum_and_takes_its_energy(make_model):
     """An inelastic stop: the rod arrives, stays within 1e-6 rad of the limit and does not bounce back with energy."""
-    from dataclasses import replace
-
-    from rille.model import JointLimit
-
     rover = chain([0.5], [1.0])
     rover = replace(rover, joints=(replace(rover.joints[0], limit=JointLimit(lower=0.3, upper=2.0)),))
     simulation = swing(make_model, rover, [1.0], 1e-3)
@@ -143,3 +141,33 @@ def test_a_limit_stops_a_pendulum_and_takes_its_energy(make_model):
     position, velocity = simulation.joints()[0, :2]
     assert position == pytest.approx(0.3, abs=1e-6)
     assert velocity == pytest.approx(0, abs=1e-6)
+
+
+def test_an_elastic_stop_gives_way_by_its_stiffness(make_model):
+    """Statics: k d = m g l/2 sin(q) where the rod leans on the stop; the damping brings it to rest (1e-9: ten time constants)."""
+    rover = chain([0.5], [1.0])
+    limit = JointLimit(lower=0.3, upper=2.0, stiffness=200.0, damping=4.0)
+    simulation = swing(make_model, replace(rover, joints=(replace(rover.joints[0], limit=limit),)), [1.0], 1e-3)
+    simulation.step(5000)
+    position, velocity = simulation.joints()[0, :2]
+    assert velocity == pytest.approx(0, abs=1e-9)
+    assert 200.0 * (0.3 - position) == pytest.approx(1.0 * GRAVITY * 0.25 * np.sin(position), rel=1e-7)
+
+
+def test_an_undamped_stop_throws_the_pendulum_back(make_model):
+    """Energy: the rod returns to where it was let go, less what the implicit step loses, which halves with the step (order 1)."""
+    rover = chain([0.5], [1.0])
+    limit = JointLimit(lower=0.3, upper=2.0, stiffness=200.0)
+    rover = replace(rover, joints=(replace(rover.joints[0], limit=limit),))
+    lost = []
+    for step in (2e-4, 1e-4):
+        simulation = swing(make_model, rover, [1.0], step)
+        angles = []
+        while simulation.time < 1.2:
+            simulation.step(10)
+            angles.append(simulation.joints()[0, 0])
+        deepest = int(np.argmin(angles[: len(angles) // 2]))
+        assert angles[deepest] < 0.29  # it went into the stop
+        lost.append(1.0 - max(angles[deepest:]))
+    assert 0 < lost[1] < 0.02
+    assert lost[0] / lost[1] == pytest.approx(2.0, abs=0.2)

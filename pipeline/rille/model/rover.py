@@ -10,6 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.model.effect import Effect
+
 Provenance = Literal["stated", "measured", "geometry", "cad_material", "default"]
 """Where a value comes from, strongest first."""
 
@@ -125,10 +127,16 @@ class CollisionShape:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointLimit:
-    """Range of a joint's position [rad or m]."""
+    """Range of a joint's position [rad or m], with a stop at either end.
+
+    stiffness [N m/rad or N/m] and damping [N m s/rad or N s/m] of the stops; None: rigid. A pressed stop pushes back by
+    F = stiffness depth + damping speed, never pulls.
+    """
 
     lower: float
     upper: float
+    stiffness: float | None = None
+    damping: float | None = None
     provenance: Provenance = "stated"
 
 
@@ -253,4 +261,5 @@ class Rover:
     loop_closures: tuple[LoopClosure, ...] = ()
     wheels: tuple[Wheel, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+    effects: tuple[Effect, ...] = ()
     sources: tuple[SourceFile, ...] = field(default=())

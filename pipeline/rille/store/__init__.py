@@ -4,6 +4,7 @@ from rille.store.bench import write_bench
 from rille.store.database import create, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.health import check, info, units
+from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, read_samples, read_trace
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
@@ -12,14 +13,18 @@ from rille.store.terrain import read_soils, read_terrain, write_terrain
 __all__ = [
     "RunRow",
     "add_effect",
+    "add_part",
     "check",
     "check_effect",
     "create",
     "effect_kinds",
     "find_effect_kind",
+    "find_part",
     "info",
+    "list_parts",
     "list_runs",
     "migrate",
+    "part_library",
     "read_effects",
     "read_reactions",
     "read_rover",

@@ -83,7 +83,7 @@ def write_effects(path: Path, effects: Sequence[Effect]) -> None:
     with writing(path) as connection:
         connection.execute("DELETE FROM effect")
         for effect in effects:
-            _insert(connection, effect)
+            insert_effect(connection, effect)
 
 
 def add_effect(path: Path, effect: Effect) -> None:
@@ -94,10 +94,11 @@ def add_effect(path: Path, effect: Effect) -> None:
                 "DELETE FROM effect WHERE target = ? AND effect_kind_id = (SELECT id FROM effect_kind WHERE name = ?)",
                 (effect.target, effect.kind),
             )
-        _insert(connection, effect)
+        insert_effect(connection, effect)
 
 
-def _insert(connection: sqlite3.Connection, effect: Effect) -> None:
+def insert_effect(connection: sqlite3.Connection, effect: Effect) -> None:
+    """Write one effect into a database that is open already."""
     check_effect(effect)
     kind = find_effect_kind(effect.kind)
     target = effect.parameters.get("target_kind") if kind.target == "any" else kind.target
@@ -116,7 +117,12 @@ def _insert(connection: sqlite3.Connection, effect: Effect) -> None:
 def read_effects(path: Path) -> tuple[Effect, ...]:
     """The effects of a model, in their order."""
     with reading(path) as connection:
-        rows = connection.execute(
-            "SELECT name, effect.target, parameters FROM effect JOIN effect_kind ON effect_kind.id = effect_kind_id ORDER BY effect.id"
-        )
-        return tuple(Effect(kind=r["name"], target=r["target"], parameters=json.loads(r["parameters"])) for r in rows)
+        return effect_rows(connection)
+
+
+def effect_rows(connection: sqlite3.Connection) -> tuple[Effect, ...]:
+    """The effects of a database that is open already, in their order."""
+    rows = connection.execute(
+        "SELECT name, effect.target, parameters FROM effect JOIN effect_kind ON effect_kind.id = effect_kind_id ORDER BY effect.id"
+    )
+    return tuple(Effect(kind=r["name"], target=r["target"], parameters=json.loads(r["parameters"])) for r in rows)

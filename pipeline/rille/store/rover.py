@@ -31,6 +31,7 @@ from rille.model import (
     nearest_names,
 )
 from rille.store.database import insert, reading, writing
+from rille.store.effects import effect_rows, insert_effect
 
 ROVER_TABLES = (
     "sensor",
@@ -141,6 +142,37 @@ def read_material(row: sqlite3.Row) -> Material:
     return Material(name=row["name"], density=row["density"], provenance=row["provenance"], source=row["source"])
 
 
+def write_part(connection: sqlite3.Connection, part: Part, material: Material | None) -> int:
+    """Key of a part, written with its material."""
+    return insert_part(connection, part, None if material is None else write_material(connection, material))
+
+
+def insert_part(connection: sqlite3.Connection, part: Part, material_key: int | None) -> int:
+    """Key of a part, written with its meshes."""
+    subject = f"part '{part.name}'"
+    row = {
+        "name": part.name,
+        "material_id": material_key,
+        "brep_hash": part.brep_hash,
+        "volume": part.volume,
+        **mass_columns(part.properties),
+        "color": part.color,
+    }
+    part_key = insert(connection, "part", subject, row)
+    for mesh in part.meshes:
+        row = {
+            "part_id": part_key,
+            "purpose": mesh.purpose,
+            "tolerance": mesh.tolerance,
+            "n_vertices": len(mesh.vertices),
+            "n_triangles": len(mesh.triangles),
+            "vertices": np.ascontiguousarray(mesh.vertices, "<f4").tobytes(),
+            "triangles": np.ascontiguousarray(mesh.triangles, "<i4").tobytes(),
+        }
+        insert(connection, "mesh", f"mesh of {subject}", row)
+    return part_key
+
+
 def write_sources(connection: sqlite3.Connection, sources: tuple[SourceFile, ...]) -> None:
     """Rows of table ``provenance``."""
     for source in sources:
@@ -166,32 +198,15 @@ class _Writer:
         self.write_joints()
         self.write_wheels()
         self.write_sensors()
+        for effect in self.rover.effects:
+            insert_effect(self.connection, effect)
 
     def write_parts(self) -> None:
         for material in self.rover.materials:
             self.materials.keys[material.name] = write_material(self.connection, material)
         for part in self.rover.parts:
-            subject = f"part '{part.name}'"
-            row = {
-                "name": part.name,
-                "material_id": self.materials.key(part.material, subject),
-                "brep_hash": part.brep_hash,
-                "volume": part.volume,
-                **mass_columns(part.properties),
-                "color": part.color,
-            }
-            self.parts.keys[part.name] = insert(self.connection, "part", subject, row)
-            for mesh in part.meshes:
-                row = {
-                    "part_id": self.parts.keys[part.name],
-                    "purpose": mesh.purpose,
-                    "tolerance": mesh.tolerance,
-                    "n_vertices": len(mesh.vertices),
-                    "n_triangles": len(mesh.triangles),
-                    "vertices": np.ascontiguousarray(mesh.vertices, "<f4").tobytes(),
-                    "triangles": np.ascontiguousarray(mesh.triangles, "<i4").tobytes(),
-                }
-                insert(self.connection, "mesh", f"mesh of {subject}", row)
+            key = self.materials.key(part.material, f"part '{part.name}'")
+            self.parts.keys[part.name] = insert_part(self.connection, part, key)
 
     def write_bodies(self) -> None:
         for body in self.rover.bodies:
@@ -233,6 +248,8 @@ class _Writer:
                     "joint_id": self.joints.keys[joint.name],
                     "lower": joint.limit.lower,
                     "upper": joint.limit.upper,
+                    "stiffness": joint.limit.stiffness,
+                    "damping": joint.limit.damping,
                     "provenance": joint.limit.provenance,
                 }
                 insert(self.connection, "joint_limit", f"limit of {subject}", row)
@@ -346,7 +363,7 @@ class _Reader:
         materials, parts, bodies, joints = (self.names[t] for t in ("material", "part", "body", "joint"))
         return Rover(
             materials=tuple(read_material(r) for r in self.rows("SELECT * FROM material ORDER BY id")),
-            parts=self.parts(),
+            parts=read_parts(self.connection),
             instances=tuple(
                 PartInstance(path=r["path"], part=parts[r["part_id"]], body=bodies.get(r["body_id"]), pose=read_pose(r))
                 for r in self.rows("SELECT * FROM part_instance ORDER BY id")
@@ -400,30 +417,8 @@ class _Reader:
                 Sensor(name=r["name"], quantity=r["quantity"], target=r["target"], rate=r["rate"], frame=r["frame"])
                 for r in self.rows("SELECT * FROM sensor ORDER BY id")
             ),
+            effects=effect_rows(self.connection),
             sources=read_sources(self.connection, "rover"),
-        )
-
-    def parts(self) -> tuple[Part, ...]:
-        meshes: dict[int, list[Mesh]] = {}
-        for r in self.rows("SELECT * FROM mesh ORDER BY id"):
-            mesh = Mesh(
-                vertices=np.frombuffer(r["vertices"], "<f4").reshape(-1, 3),
-                triangles=np.frombuffer(r["triangles"], "<i4").reshape(-1, 3),
-                tolerance=r["tolerance"],
-                purpose=r["purpose"],
-            )
-            meshes.setdefault(r["part_id"], []).append(mesh)
-        return tuple(
-            Part(
-                name=r["name"],
-                volume=r["volume"],
-                properties=_mass(r),
-                material=self.names["material"].get(r["material_id"]),
-                brep_hash=r["brep_hash"],
-                color=r["color"],
-                meshes=tuple(meshes.get(r["id"], ())),
-            )
-            for r in self.rows("SELECT * FROM part ORDER BY id")
         )
 
     def shapes(self) -> tuple[CollisionShape, ...]:
@@ -435,7 +430,7 @@ class _Reader:
     def joints(self) -> tuple[Joint, ...]:
         bodies = self.names["body"]
         limits = {
-            r["joint_id"]: JointLimit(lower=r["lower"], upper=r["upper"], provenance=r["provenance"])
+            r["joint_id"]: JointLimit(**{name: r[name] for name in ("lower", "upper", "stiffness", "damping", "provenance")})
             for r in self.rows("SELECT * FROM joint_limit")
         }
         return tuple(
@@ -468,6 +463,32 @@ class _Reader:
             )
             for r in self.rows("SELECT * FROM wheel ORDER BY id")
         )
+
+
+def read_parts(connection: sqlite3.Connection) -> tuple[Part, ...]:
+    """All parts with their meshes."""
+    names = dict(connection.execute("SELECT id, name FROM material").fetchall())
+    meshes: dict[int, list[Mesh]] = {}
+    for r in connection.execute("SELECT * FROM mesh ORDER BY id"):
+        mesh = Mesh(
+            vertices=np.frombuffer(r["vertices"], "<f4").reshape(-1, 3),
+            triangles=np.frombuffer(r["triangles"], "<i4").reshape(-1, 3),
+            tolerance=r["tolerance"],
+            purpose=r["purpose"],
+        )
+        meshes.setdefault(r["part_id"], []).append(mesh)
+    return tuple(
+        Part(
+            name=r["name"],
+            volume=r["volume"],
+            properties=_mass(r),
+            material=names.get(r["material_id"]),
+            brep_hash=r["brep_hash"],
+            color=r["color"],
+            meshes=tuple(meshes.get(r["id"], ())),
+        )
+        for r in connection.execute("SELECT * FROM part ORDER BY id")
+    )
 
 
 def read_sources(connection: sqlite3.Connection, subject: str) -> tuple[SourceFile, ...]:

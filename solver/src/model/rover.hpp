@@ -25,6 +25,8 @@ enum class JointKind { hinge, prismatic, fixed, spherical };
 struct Limit {
   double lower = 0;  // [rad or m]
   double upper = 0;  // [rad or m]
+  double stiffness = 0;  // [N m/rad or N/m] of the stops; 0: rigid
+  double damping = 0;    // [N m s/rad or N s/m] of elastic stops while they are pressed
 };
 
 struct Joint {

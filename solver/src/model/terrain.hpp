@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -42,7 +43,28 @@ struct HeightGrid {
   double x_west = 0;            // [m] x of column 0
   double y_north = 0;           // [m] y of row 0
   std::vector<double> heights;  // [m] row by row; NaN = no value
+
+  static constexpr int kBlock = 16;  // cells along a side of a block
+  std::vector<double> highest;       // [m] largest height of each block, row by row; empty = not known
+
+  int blocks_across() const { return (n_cols - 2) / kBlock + 1; }
+  int blocks_down() const { return (n_rows - 2) / kBlock + 1; }
+  void find_highest();
 };
+
+// A post on the line between two blocks belongs to both.
+inline void HeightGrid::find_highest() {
+  highest.assign(static_cast<std::size_t>(blocks_across()) * blocks_down(), -std::numeric_limits<double>::infinity());
+  for (int row = 0; row < n_rows; ++row)
+    for (int column = 0; column < n_cols; ++column) {
+      const double height = heights[static_cast<std::size_t>(row) * n_cols + column];
+      for (int i = std::max(row - 1, 0) / kBlock; i <= std::min(row / kBlock, blocks_down() - 1); ++i)
+        for (int j = std::max(column - 1, 0) / kBlock; j <= std::min(column / kBlock, blocks_across() - 1); ++j) {
+          double& most = highest[static_cast<std::size_t>(i) * blocks_across() + j];
+          if (height > most) most = height;
+        }
+    }
+}
 
 struct SoilPatch {
   int soil = 0;                          // index of the soil inside

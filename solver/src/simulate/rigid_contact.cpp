@@ -106,10 +106,13 @@ void RigidContacts::find(const Mechanism& mechanism, double h) {
   for (std::size_t s = 0; s < rover.shapes.size(); ++s) {
     const BodyShape& carried = rover.shapes[s];
     const Vector3d center = mechanism.to_world(carried.body, carried.shape.center);
-    const auto below = ground.height(center.x(), center.y());
-    if (below && center.z() - *below > 2.5 * bound_[s]) continue;  // far above any slope up to 56 degrees
+    const double ceiling = ground.ceiling(center.x(), center.y(), bound_[s]) + kReach;
+    if (center.z() - bound_[s] > ceiling) continue;
+    // Height of a corner above the centre: one product instead of its place in the world.
+    const Vector3d up = mechanism.rotation_from_model(carried.body).conjugate() * Vector3d::UnitZ();
     std::vector<Contact> deep;
     for (const Vector3d& corner : corners_[s]) {
+      if (center.z() + up.dot(corner - carried.shape.center) > ceiling) continue;
       const Vector3d p = mechanism.to_world(carried.body, corner);
       const auto height = ground.height(p.x(), p.y());
       if (!height || p.z() - *height > kReach) continue;

@@ -189,8 +189,14 @@ bool Simulation::open_limit_rows(double h) {
     state.row = rows_.open(RowKind::joint);
     rows_.add(dof, state.at_upper ? -1 : 1);
     Row& row = rows_[state.row];
-    row.weight = kRigidity * mass(dof, dof);
-    row.target = std::min(-gap / h, kLimitReturnSpeed);  // arrives at the limit, not beyond
+    if (limit.stiffness > 0) {  // F = k (depth at the end of the step) + c (speed of pressing), implicit
+      const double slope = h * limit.stiffness + (gap < 0 ? limit.damping : 0);
+      row.weight = h * slope;
+      row.target = -limit.stiffness * gap / slope;
+    } else {
+      row.weight = kRigidity * mass(dof, dof);
+      row.target = std::min(-gap / h, kLimitReturnSpeed);  // arrives at the limit, not beyond
+    }
     row.lower = 0;
     row.side = state.side;
     any = true;

@@ -39,7 +39,7 @@ Index load_bodies(Database& database, Rover& rover) {
 Index load_joints(Database& database, const Index& bodies, Rover& rover) {
   Index index;
   Statement row(database,
-                "SELECT joint.*, lower, upper FROM joint LEFT JOIN joint_limit ON joint_limit.joint_id = joint.id ORDER BY id");
+                "SELECT joint.*, lower, upper, stiffness, damping FROM joint LEFT JOIN joint_limit ON joint_limit.joint_id = joint.id ORDER BY id");
   while (row.executeStep()) {
     Joint joint;
     joint.id = row.getColumn("id").getInt64();
@@ -61,7 +61,9 @@ Index load_joints(Database& database, const Index& bodies, Rover& rover) {
     if (!row.getColumn("lower").isNull()) {
       if (!joint.has_one_freedom())
         throw InputRefused(fmt::format("{} has a limit, but only hinges and prismatic joints can; remove the limit", subject));
-      joint.limit = Limit{finite(row, "lower", subject), finite(row, "upper", subject)};
+      joint.limit = Limit{.lower = finite(row, "lower", subject), .upper = finite(row, "upper", subject)};
+      if (!row.getColumn("stiffness").isNull()) joint.limit->stiffness = above_zero(row, "stiffness", subject);
+      if (!row.getColumn("damping").isNull()) joint.limit->damping = not_negative(row, "damping", subject);
     }
     index[joint.id] = static_cast<int>(rover.joints.size());
     rover.joints.push_back(joint);

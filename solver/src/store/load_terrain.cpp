@@ -62,6 +62,7 @@ HeightGrid load_grid(Database& database, Statement& terrain, const std::string& 
       }
     }
   }
+  grid.find_highest();
   return grid;
 }
 

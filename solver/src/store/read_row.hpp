@@ -39,6 +39,12 @@ inline double above_zero(Statement& row, const char* column, const std::string& 
   return value;
 }
 
+inline double not_negative(Statement& row, const char* column, const std::string& subject) {
+  const double value = finite(row, column, subject);
+  if (!(value >= 0)) throw InputRefused(fmt::format("{} of {} is {:g}; it must not be below 0", column, subject, value));
+  return value;
+}
+
 inline double within(Statement& row, const char* column, double lower, double upper, const std::string& subject) {
   const double value = finite(row, column, subject);
   if (!(value >= lower && value <= upper))

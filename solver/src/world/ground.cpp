@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace rille {
 namespace {
@@ -34,6 +35,22 @@ std::optional<double> Ground::height(double x, double y) const {
   const double h = (1 - fy) * ((1 - fx) * north[0] + fx * north[1]) + fy * ((1 - fx) * south[0] + fx * south[1]);
   if (std::isnan(h)) return std::nullopt;
   return h;
+}
+
+double Ground::ceiling(double x, double y, double radius) const {
+  const HeightGrid& g = *terrain_->grid;
+  if (g.highest.empty()) return std::numeric_limits<double>::infinity();
+  const int n_across = g.blocks_across();
+  const int n_down = g.blocks_down();
+  const auto block = [](double cell, int count) { return static_cast<int>(std::clamp(std::floor(cell / HeightGrid::kBlock), -1.0, double(count))); };
+  const int west = std::max(block((x - radius - g.x_west) / g.posting_x, n_across), 0);
+  const int east = std::min(block((x + radius - g.x_west) / g.posting_x, n_across), n_across - 1);
+  const int north = std::max(block((g.y_north - y - radius) / g.posting_y, n_down), 0);
+  const int south = std::min(block((g.y_north - y + radius) / g.posting_y, n_down), n_down - 1);
+  double found = -std::numeric_limits<double>::infinity();
+  for (int i = north; i <= south; ++i)
+    for (int j = west; j <= east; ++j) found = std::max(found, g.highest[static_cast<std::size_t>(i) * n_across + j]);
+  return found;
 }
 
 std::optional<GroundPlane> Ground::plane(double x, double y, const Eigen::Vector2d& heading, double half_length,

@@ -21,6 +21,9 @@ class Ground {
   // Bilinear height at (x, y) [m]; nothing outside the grid or beside a value that is missing.
   std::optional<double> height(double x, double y) const;
 
+  // Height [m] that the ground nowhere exceeds within `radius` of (x, y); -inf where there is no ground.
+  double ceiling(double x, double y, double radius) const;
+
   // Plane through the heights at the ends of a cross of the given half lengths [m] around (x, y), its first arm along the
   // unit vector `heading`: the slope that a body of that size feels.
   std::optional<GroundPlane> plane(double x, double y, const Eigen::Vector2d& heading, double half_length,
