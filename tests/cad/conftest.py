@@ -9,9 +9,14 @@ import pytest
 
 @pytest.fixture(scope="session")
 def write_step(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """Writer of (shape, name) roots into one STEP file; ``unit`` is the file's unit, lengths are given in mm."""
+    """Writer of (shape, name) roots, or of a ``cq.Assembly``, into one STEP file; lengths are given in mm.
+
+    unit : the file's. schema : AP203, AP214IS or AP242DIS. prefix : writes every part into a file of its own, so named.
+    """
+    from cadquery.occ_impl.assembly import toCAF
     from OCP.Interface import Interface_Static
     from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.STEPControl import STEPControl_StepModelType
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDataStd import TDataStd_Name
     from OCP.TDocStd import TDocStd_Document
@@ -19,18 +24,25 @@ def write_step(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
 
     folder = tmp_path_factory.mktemp("step")
 
-    def write(file: str, roots: list[tuple[Any, str]], unit: str = "MM") -> Path:
-        document = TDocStd_Document(TCollection_ExtendedString("test"))
-        tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-        for shape, name in roots:
-            TDataStd_Name.Set_s(tool.AddShape(shape.wrapped, False), TCollection_ExtendedString(name))
-        writer = STEPCAFControl_Writer()  # creating one defines the parameter that is set next
+    def write(file: str, roots: Any, unit: str = "MM", schema: str = "AP214IS", prefix: str = "") -> Path:
+        if isinstance(roots, list):
+            document = TDocStd_Document(TCollection_ExtendedString("test"))
+            tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+            for shape, name in roots:
+                TDataStd_Name.Set_s(tool.AddShape(shape.wrapped, False), TCollection_ExtendedString(name))
+        else:
+            document = toCAF(roots, True)[1]
+        STEPCAFControl_Writer()  # creating one defines the parameters that are set next
         Interface_Static.SetCVal_s("write.step.unit", unit)
+        Interface_Static.SetCVal_s("write.step.schema", schema)
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
         try:
-            writer.Transfer(document)
+            writer = STEPCAFControl_Writer()
+            writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs, prefix or None)
             writer.Write(str(folder / file))
         finally:
             Interface_Static.SetCVal_s("write.step.unit", "MM")
+            Interface_Static.SetCVal_s("write.step.schema", "AP214IS")
         return folder / file
 
     return write

@@ -94,6 +94,18 @@ def test_rover_step_is_what_its_script_draws(repository, tmp_path):
         np.testing.assert_allclose(again[path].com, properties.com, atol=1e-9)
 
 
+def test_rover_in_python_is_the_rover_of_the_sheet(rover, repository):
+    """The script draws what was exported: names, places and numbers of the sheet; masses and inertias to 1e-9 (15 digits in the file)."""
+    scripted = build(repository / "examples" / "rover" / "rover.py")
+    for field in ("joints", "drives", "wheels", "differentials"):
+        assert {x.name: x for x in getattr(scripted, field)} == {x.name: x for x in getattr(rover, field)}
+    mine = {body.name: body.properties for body in scripted.bodies}
+    for body in rover.bodies:
+        assert mine[body.name].mass == pytest.approx(body.properties.mass, rel=1e-9)
+        np.testing.assert_allclose(mine[body.name].com, body.properties.com, atol=1e-9)
+        np.testing.assert_allclose(mine[body.name].inertia, body.properties.inertia, atol=1e-9 * body.properties.inertia.max())
+
+
 def test_double_pendulum(repository, rille_data):
     if not (rille_data / "data" / "cad" / "double_pendulum.step").is_file():
         pytest.skip("the double pendulum's STEP file is absent")

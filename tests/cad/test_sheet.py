@@ -66,10 +66,10 @@ def rule(text):
             "inertia of part 'base' breaks the triangle inequality: 3 > 1",
         ),
         (rule("mass = 1\ninertia = [1, 1, -1, 0, 0, 0]"), "inertia of part 'base' has the principal moment -1"),
-        (rule("inertia = [1, 1, 1, 0, 0, 0]"), "part 'base' has a stated inertia but no stated mass"),
+        (rule("inertia = [1, 1, 1, 0, 0, 0]"), "part 'base' has a stated inertia or centre but no stated mass"),
         (
             ('material = "steel"', 'material = "steal"'),
-            "the material 'steal', which is not on the sheet; did you mean 'steel'",
+            "the material 'steal', which is neither on the sheet nor in the library; did you mean 'steel'",
         ),
         (('density = "7.85 g/cm^3"', "density = 0"), "density of material 'steel' is 0"),
         (("axis = [0, 0, 2]", "axis = [0, 0, 0]"), "axis of joint 'left_hinge' has no length"),
@@ -126,7 +126,7 @@ def test_ignored_parts_weigh_nothing(rig_sheet):
     assert total[0] - total[1] == pytest.approx(2 * peg, rel=1e-9)
 
 
-def test_free_shells_are_reported_and_refused_in_a_body(write_step, tmp_path):
+def test_free_shells_are_reported_and_seen_but_not_weighed(write_step, tmp_path):
     import cadquery as cq
 
     step = write_step("mixed.step", [(cq.Solid.makeBox(10, 10, 10), "box"), (cq.Face.makePlane(9, 9), "label")])
@@ -139,5 +139,9 @@ def test_free_shells_are_reported_and_refused_in_a_body(write_step, tmp_path):
     assert rover.bodies[0].properties.mass_provenance == "default"
     assert any("part 'label' has no solid" in what for what in said)
     sheet.write_text(head.replace('ignore = ["label"]', "") + '[[body]]\nname = "b"\nparts = ["*"]\n')
-    with pytest.raises(InputRefused, match="part 'label' has no solid, so it has no mass"):
+    seen = build(sheet)
+    assert seen.bodies[0].properties.mass == rover.bodies[0].properties.mass  # the surface is seen, not weighed
+    assert {part.name for part in seen.parts if part.meshes} == {"box", "label"}
+    sheet.write_text(head.replace('ignore = ["label"]', 'ignore = ["box"]') + '[[body]]\nname = "b"\nparts = ["label"]\n')
+    with pytest.raises(InputRefused, match="body 'b' has no mass: none of its parts has a solid"):
         build(sheet)

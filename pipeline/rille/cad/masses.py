@@ -2,66 +2,66 @@
 
 import fnmatch
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.geometry import VolumeProperties, compose
-from rille.cad.sheet import PartSheet, RoverSheet
-from rille.model import InputRefused, MassProperties, Material, Provenance, nearest_names
+from rille.cad.component import Component
+from rille.cad.entries import symmetric_matrix, triple_of
+from rille.cad.geometry import compose
+from rille.cad.materials import Materials
+from rille.cad.sheet import BodySheet, PartSheet, RoverSheet
+from rille.model import InputRefused, MassProperties, Material, Provenance
 from rille.model.quantity import to_si
+
+Matrix = NDArray[np.float64]
 
 STRENGTH: tuple[Provenance, ...] = ("measured", "stated", "geometry", "cad_material", "default")  # strongest first
 
+MASSLESS = MassProperties(
+    mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3)), mass_provenance="geometry", inertia_provenance="geometry"
+)  # free surfaces: seen, not weighed
 
-def part_properties(
-    name: str, volume: VolumeProperties, sheet: RoverSheet, cad_material: Material | None = None
-) -> tuple[MassProperties, str | None]:
-    """Mass properties of a prototype, and its material.
+
+def part_properties(part: Component, sheet: RoverSheet, materials: Materials) -> tuple[MassProperties, Material | None]:
+    """Mass properties of a part, and its material.
 
     Precedence: stated mass and inertia > stated mass (the exact inertia of the geometry is rescaled) > density of the
-    material that the sheet names > material of the CAD file > default material of the sheet > refusal.
+    material that the sheet names > mass of a part that comes from a database > material of the CAD file > default material of the
+    sheet > refusal. A part without solids has no mass unless the sheet states one with its inertia.
 
     Raises
     ------
-    InputRefused : for a part without solid or mass, a mass that is not positive, an inertia that no body can have.
+    InputRefused : for a part without mass, a mass that is not positive, an inertia that no body can have.
     """
-    rules = [rule for rule in sheet.part if fnmatch.fnmatchcase(name, rule.match)]
+    rules = [rule for rule in sheet.part if fnmatch.fnmatchcase(part.drawn_as, rule.match)]
     mass_rule = next((r for r in rules if r.mass is not None), None)
-    material = next((r.material for r in rules if r.material is not None), None)
+    name = next((r.material for r in rules if r.material is not None), None)
+    material = None if name is None else materials.find(name, f"part '{part.name}'")
     if mass_rule is not None:
-        return _stated(name, volume, mass_rule), material
-    if any(rule.inertia is not None for rule in rules):
-        raise InputRefused(f"part '{name}' has a stated inertia but no stated mass; state its mass in the same [[part]]")
-    provenance: Provenance
-    if material is not None:
-        used, density, provenance = material, density_of(material, f"part '{name}'", sheet), "geometry"
-    elif cad_material is not None:
-        used, density, provenance = cad_material.name, cad_material.density, "cad_material"
-    elif sheet.default_material is not None:
-        used, provenance = sheet.default_material, "default"
-        density = density_of(used, "default_material", sheet)
-    else:
-        raise InputRefused(f"part '{name}' has neither a mass nor a material; add a [[part]] or a default_material to the sheet")
+        return _stated(part, mass_rule), material
+    if any(rule.inertia is not None or rule.com is not None for rule in rules):
+        raise InputRefused(f"part '{part.name}' has a stated inertia or centre but no stated mass; state its mass in the same [[part]]")
+    if part.ready is not None and material is None:
+        return part.ready.properties, part.material
+    if part.volume.n_solids == 0:
+        return MASSLESS, material
+    provenance: Provenance = "geometry"
+    if material is None and part.material is not None:
+        material, provenance = part.material, "cad_material"
+    elif material is None and sheet.default_material is not None:
+        material, provenance = materials.find(sheet.default_material, "default_material"), "default"
+    if material is None:
+        raise InputRefused(f"part '{part.name}' has neither a mass nor a material; add a [[part]] or a default_material to the sheet")
     properties = MassProperties(
-        mass=density * volume.volume,
-        com=volume.com,
-        inertia=density * volume.inertia,
+        mass=material.density * part.volume.volume,
+        com=part.volume.com,
+        inertia=material.density * part.volume.inertia,
         mass_provenance=provenance,
         inertia_provenance=provenance,
     )
-    return properties, used
-
-
-def density_of(material: str, subject: str, sheet: RoverSheet) -> float:
-    """Density [kg/m^3] of a material of the sheet."""
-    known = {m.name: m for m in sheet.material}
-    if material not in known:
-        raise InputRefused(f"{subject} names the material '{material}', which is not on the sheet; {nearest_names(material, known)}")
-    density = to_si(known[material].density, "density", f"density of material '{material}'")
-    if density <= 0:
-        raise InputRefused(f"density of material '{material}' is {density:g} kg/m^3; it must be above 0")
-    return density
+    return properties, material
 
 
 def positive_mass(value: float | int | str, what: str) -> float:
@@ -72,19 +72,28 @@ def positive_mass(value: float | int | str, what: str) -> float:
     return mass
 
 
-def _stated(name: str, volume: VolumeProperties, rule: PartSheet) -> MassProperties:
-    mass = positive_mass(rule.mass or 0.0, f"mass of part '{name}'")
-    provenance: Provenance = "geometry" if rule.inertia is None else "stated"
+def box_inertia(mass: float, size: Matrix) -> Matrix:
+    """Inertia of a homogeneous box of the full lengths ``size`` (3,) about its centre: m/12 (|l|^2 E - diag(l^2))."""
+    squares = np.asarray(size) ** 2
+    return mass / 12 * np.diag(squares.sum() - squares)
+
+
+def _stated(part: Component, rule: PartSheet) -> MassProperties:
+    subject = f"part '{part.name}'"
+    mass = positive_mass(rule.mass or 0.0, f"mass of {subject}")
+    volume = part.volume
+    com = volume.com if rule.com is None else triple_of(rule.com, "length", f"com of {subject}")
     if rule.inertia is None:
-        inertia = volume.inertia * (mass / volume.volume)
+        if volume.volume <= 0:
+            raise InputRefused(f"{subject} has a stated mass but no solid to take its inertia from; state its `inertia` and `com`, too")
+        inertia, provenance = volume.inertia * (mass / volume.volume), "geometry"
     else:
-        xx, yy, zz, xy, xz, yz = (to_si(v, "inertia", f"inertia of part '{name}'") for v in rule.inertia)
-        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        check_inertia(inertia, f"part '{name}'")
-    return MassProperties(mass=mass, com=volume.com, inertia=inertia, mass_provenance="stated", inertia_provenance=provenance)
+        inertia, provenance = symmetric_matrix(rule.inertia, f"inertia of {subject}"), "stated"
+        check_inertia(inertia, subject)
+    return MassProperties(mass=mass, com=com, inertia=inertia, mass_provenance="stated", inertia_provenance=provenance)
 
 
-def check_inertia(inertia: NDArray[np.float64], subject: str) -> None:
+def check_inertia(inertia: Matrix, subject: str) -> None:
     """Refuse an inertia that no distribution of mass has: principal moments are positive and obey A + B >= C."""
     moments = np.linalg.eigvalsh(inertia)
     if moments[0] <= 0:
@@ -96,23 +105,46 @@ def check_inertia(inertia: NDArray[np.float64], subject: str) -> None:
         )
 
 
-def placed(properties: MassProperties, matrix: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+def placed(properties: MassProperties, matrix: Matrix) -> tuple[float, Matrix, Matrix]:
     """Mass, centre and inertia of a part, seen from the frame that ``matrix`` (4, 4) places it in."""
     rotation = matrix[:3, :3]
     return properties.mass, rotation @ properties.com + matrix[:3, 3], rotation @ properties.inertia @ rotation.T
 
 
-def body_properties(parts: Sequence[tuple[MassProperties, NDArray[np.float64]]], stated_mass: float | None) -> MassProperties:
-    """Composite of placed parts; a stated mass of the body rescales it. The weakest provenance of the parts is kept."""
-    mass, com, inertia = compose([placed(properties, matrix) for properties, matrix in parts])
-    mass_source = STRENGTH[max(STRENGTH.index(p.mass_provenance) for p, _ in parts)]
-    inertia_source = STRENGTH[max(STRENGTH.index(p.inertia_provenance) for p, _ in parts)]
-    if stated_mass is not None:
-        inertia, mass, mass_source = inertia * (stated_mass / mass), stated_mass, "stated"
-    return MassProperties(
+def body_properties(parts: Sequence[tuple[MassProperties, Matrix]], sheet: BodySheet, up: Matrix) -> MassProperties:
+    """Composite of placed parts in M; what the sheet states of the body overrides it. The weakest provenance of the parts is kept.
+
+    up : rotation from the drawing, in which the sheet speaks, to M.
+
+    Raises
+    ------
+    InputRefused : for a body without mass, a stated centre or inertia without a stated mass, and an inertia that no body has.
+    """
+    subject = f"body '{sheet.name}'"
+    heavy = [(properties, matrix) for properties, matrix in parts if properties.mass > 0]
+    if sheet.mass is None and (sheet.com is not None or sheet.inertia is not None):
+        raise InputRefused(f"{subject} has a stated centre or inertia but no stated mass; state its `mass`, too")
+    if sheet.mass is None and not heavy:
+        raise InputRefused(
+            f"{subject} has no mass: none of its parts has a solid; state its `mass`, `com` and `inertia`, or add a [[mass]]"
+        )
+    if sheet.mass is not None and not heavy and (sheet.com is None or sheet.inertia is None):
+        raise InputRefused(f"{subject} has no solids to take centre and inertia from; state its `com` and `inertia`, too")
+    mass, com, inertia = compose([placed(properties, matrix) for properties, matrix in heavy])
+    made = MassProperties(
         mass=mass,
         com=com,
         inertia=(inertia + inertia.T) / 2,
-        mass_provenance=mass_source,
-        inertia_provenance=inertia_source,
+        mass_provenance=STRENGTH[max((STRENGTH.index(p.mass_provenance) for p, _ in heavy), default=0)],
+        inertia_provenance=STRENGTH[max((STRENGTH.index(p.inertia_provenance) for p, _ in heavy), default=0)],
     )
+    if sheet.mass is not None:
+        stated = positive_mass(sheet.mass, f"mass of {subject}")
+        made = replace(made, mass=stated, mass_provenance="stated", inertia=made.inertia * (stated / mass if mass > 0 else 1.0))
+    if sheet.com is not None:
+        made = replace(made, com=up @ triple_of(sheet.com, "length", f"com of {subject}"))
+    if sheet.inertia is not None:
+        inertia = up @ symmetric_matrix(sheet.inertia, f"inertia of {subject}") @ up.T
+        made = replace(made, inertia=inertia, inertia_provenance="stated")
+    check_inertia(made.inertia, subject)
+    return made

@@ -1,10 +1,18 @@
-"""One collision shape per body: a cylinder for a wheel, a box around everything else."""
+"""Collision shapes of bodies: a cylinder for a wheel; for everything else what the sheet asks for."""
+
+from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rille.model import CollisionShape, InputRefused, Joint, Pose
+from rille.cad.collision import Method
+from rille.cad.component import Placed
+from rille.cad.kept_pieces import mesh_digest, pieces_of
+from rille.cad.rotation import pose_matrix, pose_of
+from rille.model import CollisionShape, Joint, Mesh, Pose
 from rille.model.rover import Wheel
+
+WHOLE = ("box", "hull")
+"""Methods that put one shape around a whole body; the others look at each of its parts."""
 
 
 def wheel_shape(wheel: Wheel, joint: Joint, body: str) -> CollisionShape:
@@ -19,10 +27,39 @@ def wheel_shape(wheel: Wheel, joint: Joint, body: str) -> CollisionShape:
     return CollisionShape(body=body, kind="cylinder", pose=pose, size=(wheel.radius, wheel.width), material=wheel.material)
 
 
-def body_shape(body: str, vertices: NDArray[np.float64]) -> CollisionShape:
-    """Axis-parallel box around the vertices (n, 3) of a body in M."""
-    if len(vertices) == 0:
-        raise InputRefused(f"body '{body}' has no surface to make a collision shape from")
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    x, y, z = map(float, (low + high) / 2)
-    return CollisionShape(body=body, kind="box", pose=Pose(position=(x, y, z)), size=tuple(map(float, high - low)))
+def body_shapes(body: str, members: Iterable[Placed], method: Method, tolerance: float) -> tuple[CollisionShape, ...]:
+    """Shapes of a body in M.
+
+    method : of :func:`rille.cad.collision.decompose`; "box" and "hull" enclose the whole body, the others are applied to each part.
+    """
+    if method == "none":
+        return ()
+    if method in WHOLE:
+        whole = body_mesh(members, tolerance)
+        if whole is None:
+            return ()
+        return tuple(_shape(body, piece, np.eye(4)) for piece in pieces_of(mesh_digest(whole), lambda: whole, method, tolerance).pieces)
+    return tuple(_shape(body, piece, p.matrix) for p in members for piece in p.component.pieces(method, tolerance).pieces)
+
+
+def body_mesh(members: Iterable[Placed], tolerance: float) -> Mesh | None:
+    """All visual meshes of a body in M as one; None if it has none."""
+    vertices, triangles, count = [], [], 0
+    for p in members:
+        mesh = p.component.mesh(tolerance)
+        if mesh is None:
+            continue
+        vertices.append(mesh.vertices @ p.matrix[:3, :3].T + p.matrix[:3, 3])
+        triangles.append(mesh.triangles + count)
+        count += len(mesh.vertices)
+    if not vertices:
+        return None
+    return Mesh(
+        vertices=np.concatenate(vertices).astype(np.float32), triangles=np.concatenate(triangles).astype(np.int32), tolerance=tolerance
+    )
+
+
+def _shape(body: str, piece, matrix: np.ndarray) -> CollisionShape:
+    return CollisionShape(
+        body=body, kind=piece.kind, pose=pose_of(matrix @ pose_matrix(piece.pose)), size=piece.size, vertices=piece.vertices
+    )

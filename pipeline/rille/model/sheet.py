@@ -37,11 +37,21 @@ def read_sheet(path: Path, kind: type[S]) -> S:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputRefused(f"'{path}' is not valid TOML: {error}") from None
+    return validate_sheet(content, kind, str(path))
+
+
+def validate_sheet(content: Mapping[str, Any], kind: type[S], where: str) -> S:
+    """Tables as a sheet; ``where`` names them in sentences.
+
+    Raises
+    ------
+    InputRefused : if they do not fit ``kind``; the sentence names the key and its place.
+    """
     try:
         return kind.model_validate(content)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        raise InputRefused(f"'{path}': {_sentence(first, kind)}") from None
+        raise InputRefused(f"'{where}': {_sentence(first, kind)}") from None
 
 
 def _sentence(error: Mapping[str, Any], kind: type[Sheet]) -> str:

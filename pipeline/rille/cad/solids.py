@@ -1,0 +1,140 @@
+"""Closed solids (Manifold, Lalish 2023) of triangle meshes, for exact unions, intersections, volumes and gaps."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import Mesh
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+Array = NDArray[np.float64]
+Triangles = NDArray[np.int64]
+
+
+def closed_solid(vertices: Array, triangles: Triangles, tolerance: float) -> "Manifold | None":
+    """The solid within a mesh; None if the mesh does not close within its tolerance [m].
+
+    Meshes of CAD faces share no vertices; they are welded, first exactly, then within growing distances up to the tolerance; at last
+    small holes are filled.
+    """
+    from manifold3d import Error, Manifold, Mesh64, OpType
+
+    extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
+    for distance in (0.0, 1e-6 * extent, 0.3 * tolerance):
+        points, corners = _welded(vertices, triangles, distance)
+        if len(corners) < 4:
+            continue
+        for sense in (corners, corners[:, ::-1]):
+            mesh = Mesh64(points, np.ascontiguousarray(sense).astype(np.uint64), tolerance=distance)
+            mesh.merge()
+            solid = Manifold(mesh)
+            if solid.status() != Error.NoError or solid.is_empty() or solid.volume() > 0:
+                break
+        if solid.status() != Error.NoError or solid.is_empty():
+            continue
+        shells = solid.decompose()
+        if len(shells) > 1 and all(shell.volume() > 0 for shell in shells):
+            solid = Manifold.batch_boolean(shells, OpType.Add)  # solids of one part that overlap count once
+        if solid.volume() > 1e-9 * extent**3:
+            return solid
+    return _mended(vertices, triangles, tolerance)
+
+
+def _mended(vertices: Array, triangles: Triangles, tolerance: float) -> "Manifold | None":
+    """The solid when small holes are filled; None if more than that is missing."""
+    from manifold3d import Manifold, OpType
+
+    from rille.cad.closed_mesh import solid_of
+
+    part = solid_of(Mesh(vertices=vertices.astype(np.float32), triangles=triangles.astype(np.int32), tolerance=tolerance), None)
+    if part is None or not part.bodies or len(part.open_vertices):
+        return None
+    return Manifold.batch_boolean(list(part.bodies), OpType.Add)
+
+
+def hull_solid(vertices: Array) -> "Manifold | None":
+    """Convex hull as a solid; None for a flat cloud."""
+    from manifold3d import Manifold
+
+    solid = Manifold.hull_points(np.ascontiguousarray(vertices))
+    return None if solid.is_empty() or solid.volume() <= 0 else solid
+
+
+def solid_gap(a: "Manifold", b: "Manifold", reach: float) -> float:
+    """Distance between two solids [m], at most ``reach``; 0 where they overlap.
+
+    Only what lies within reach of the other's bounding box is looked at.
+    """
+    from manifold3d import Manifold
+
+    boxes = np.array([a.bounding_box(), b.bounding_box()])
+    low, high = boxes[:, :3].max(axis=0) - reach, boxes[:, 3:].min(axis=0) + reach
+    if (low >= high).any():
+        return reach
+    room = Manifold.cube((high - low).tolist()).translate(low.tolist())
+    near_a, near_b = a ^ room, b ^ room
+    return reach if near_a.is_empty() or near_b.is_empty() else float(near_a.min_gap(near_b, reach))
+
+
+def surface_gap(a: tuple[Array, Triangles], b: tuple[Array, Triangles], reach: float) -> float:
+    """Distance between two open surfaces [m], at most ``reach``, from dense samples where they come near each other.
+
+    Never above the true one, and below it by at most a hundredth of the extent of that region, or a 200th of its longest edge.
+    """
+    from scipy.spatial import KDTree
+
+    low = np.maximum(a[0].min(axis=0), b[0].min(axis=0)) - reach
+    high = np.minimum(a[0].max(axis=0), b[0].max(axis=0)) + reach
+    near = [_near(vertices[triangles], low, high) for vertices, triangles in (a, b)]
+    if not all(len(corners) for corners in near):
+        return reach
+    longest = max(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max() for corners in near)
+    spacing = max((high - low).max() / 100, longest / 200, 1e-6)
+    clouds = [_sampled(corners, spacing) for corners in near]
+    clouds = [cloud[((cloud > low - spacing) & (cloud < high + spacing)).all(axis=1)] for cloud in clouds]
+    if not all(len(cloud) for cloud in clouds):
+        return reach
+    small, large = sorted(clouds, key=len)
+    distances, _ = KDTree(large).query(small, distance_upper_bound=reach + 2 * spacing)
+    return float(max(0.0, min(reach, distances.min() - spacing)))
+
+
+def _near(corners: Array, low: Array, high: Array) -> Array:
+    """Triangles (k, 3, 3) that a box may hold a part of."""
+    return corners[((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)]
+
+
+def _welded(points: Array, corners: Triangles, distance: float) -> tuple[Array, Triangles]:
+    vertices, place = np.unique(points, axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    if distance > 0:
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+        from scipy.spatial import KDTree
+
+        pairs = KDTree(vertices).query_pairs(distance, output_type="ndarray")
+        graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(vertices),) * 2)
+        _, group = connected_components(graph, directed=False)
+        _, first = np.unique(group, return_index=True)
+        vertices, place = vertices[first], group[place]
+    triangles = place[corners]
+    proper = (triangles[:, 0] != triangles[:, 1]) & (triangles[:, 1] != triangles[:, 2]) & (triangles[:, 2] != triangles[:, 0])
+    return np.ascontiguousarray(vertices), triangles[proper]
+
+
+def _sampled(corners: Array, spacing: float) -> Array:
+    """Points on triangles (k, 3, 3), no farther apart than ``spacing``."""
+    edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=1)
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    counts = np.ceil(longest / spacing).astype(int).clip(1, 200)
+    points = []
+    for count in np.unique(counts):
+        chosen = counts == count
+        u, v = np.meshgrid(np.arange(count + 1) / count, np.arange(count + 1) / count)
+        inside = u + v <= 1 + 1e-9
+        weights = np.column_stack([u[inside], v[inside]])
+        points.append((corners[chosen, 0][:, None] + np.einsum("wj,kjc->kwc", weights, edges[chosen])).reshape(-1, 3))
+    return np.concatenate(points)
