@@ -6,6 +6,7 @@ has imported OCCT costs milliseconds where the tool's own child costs a second. 
     RILLE_FUZZ_STEP=10000 pytest tests/cad/test_fuzz_step.py -s
 """
 
+import faulthandler
 import os
 import re
 import select
@@ -233,6 +234,7 @@ def _child(path: Path) -> int:
     """Exit code: 0 read, 3 refused, 1 our bug. Whatever OCCT prints goes nowhere."""
     from rille.cad import read_process, saved
 
+    faulthandler.disable()  # pytest's would write a page for every crash
     quiet = os.open(os.devnull, os.O_WRONLY)
     os.dup2(quiet, 1)
     os.dup2(quiet, 2)

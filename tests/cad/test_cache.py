@@ -52,15 +52,15 @@ def test_objects_are_not_unpickled():
 
 
 def test_another_version_has_other_entries(monkeypatch):
-    cache.put("key", ARRAYS)
-    monkeypatch.setenv("RILLE_CACHE_VERSION", "another")
-    cache.version.cache_clear()
-    try:
-        assert cache.get("key") is None
-    finally:
-        monkeypatch.delenv("RILLE_CACHE_VERSION")
+    found = []
+    for version in ("one", "another", "one"):
+        monkeypatch.setenv("RILLE_CACHE_VERSION", version)
         cache.version.cache_clear()
-    assert same(cache.get("key"))
+        found.append(cache.get("key"))
+        cache.put("key", ARRAYS)
+    cache.version.cache_clear()
+    assert found[:2] == [None, None]
+    assert same(found[2])
 
 
 def test_a_folder_that_cannot_be_written_is_replaced(tmp_path, monkeypatch):

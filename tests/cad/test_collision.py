@@ -176,6 +176,19 @@ def test_surfaces_do_not_fail():
     assert decompose(triangle).pieces[0].kind == "box"
 
 
+def test_open_and_closed_surfaces_of_a_mesh_are_both_held():
+    import cadquery as cq
+
+    ball = tessellate(cq.Workplane().sphere(10).translate((100, 0, 0)).val().wrapped, 5e-4)
+    assert ball is not None
+    sheet = np.array([(0, 0, 0), (0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.05)], np.float32)  # two triangles on a common edge
+    more = np.array([(0, 1, 2), (0, 2, 3)], np.int32) + len(ball.vertices)
+    both = Mesh(vertices=np.concatenate([ball.vertices, sheet]), triangles=np.concatenate([ball.triangles, more]), tolerance=5e-4)
+    made = decompose(both)
+    assert outside_by(both.vertices.astype(float), [corners(p, around=True) for p in made.pieces]).max() < 1e-4
+    assert any("enclose nothing (1)" in note for note in made.notes)
+
+
 def test_mesh_with_a_small_hole_is_closed():
     import cadquery as cq
 
@@ -231,7 +244,7 @@ def test_limit_of_pieces_is_kept():
     ("options", "sentence"),
     [
         ({"method": "hulls"}, "collision method is 'hulls'; it must be one of auto, "),
-        ({"max_vertices": 3}, "max_vertices of a collision shape is 3; it must be at least 4"),
+        ({"max_vertices": 7}, "max_vertices of a collision shape is 7; it must be at least 8"),
         ({"max_hulls": 0}, "max_hulls of a collision shape is 0"),
         ({"tolerance": -1.0}, "tolerance of a collision shape is -1; it must be above 0"),
         ({"threshold": math.nan}, "threshold of a collision shape is nan"),
@@ -247,10 +260,9 @@ def test_refusals(options, sentence):
 def test_no_face_no_shape():
     import cadquery as cq
 
-    empty = cq.Compound.makeCompound([]).wrapped
-    with pytest.raises(InputRefused, match="without a face has no collision shape"):
-        decompose(empty)
-    assert decompose(empty, "none").pieces == ()
+    made = decompose(cq.Compound.makeCompound([]).wrapped)
+    assert (made.pieces, made.method) == ((), "none")
+    assert made.notes == ("the part has no face, so it has no collision shape",)
 
 
 def test_few_vertices_hold_the_points():

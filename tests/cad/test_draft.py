@@ -126,7 +126,7 @@ def test_a_density_that_no_solid_has_is_replaced_aloud(rille_data, tmp_path):
     if not path.is_file():
         pytest.skip("the robot arm's STEP file is absent")
     assembly = read_step(path)
-    from rille.cad.suggest import SuggestedBody, Suggestions
+    from rille.cad.suggestion import SuggestedBody, Suggestions
 
     everything = SuggestedBody(name="all", instances=tuple(range(len(assembly.instances))))
     text = draft_sheet(assembly, Suggestions(bodies=(everything,), joints=(), wheels=(), root="all"), str(path))

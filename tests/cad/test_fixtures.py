@@ -212,6 +212,17 @@ def test_a_solid_that_is_lost_is_reported(write_step):
     assert any(re.search("draws 2 solids, of which 1 could be built|is not closed", note) for note in assembly.notes), assembly.notes
 
 
+def test_a_file_without_a_unit_says_what_was_taken(write_step):
+    path = write_step("unitless.step", pair())
+    unit = "LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.)"
+    text = path.read_text()
+    assert unit in text
+    path.write_text(text.replace(unit, "NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.)"))
+    assembly = read_step(path)
+    assert "'unitless.step' states no unit of length: millimetres were taken" in assembly.notes
+    assert volumes(assembly) == pytest.approx({"rig/box": BOX, "rig/ball": BALL}, rel=1e-9)
+
+
 @pytest.mark.parametrize("broken", [r"(ITEM_DEFINED_TRANSFORMATION\('','',#\d+,)#\d+", r"(WITH_TRANSFORMATION\()#\d+"])
 @pytest.mark.parametrize("target", ["#1", "#99999999"])
 def test_a_placement_that_is_lost_is_reported(write_step, broken, target):

@@ -8,7 +8,7 @@ import pytest
 from check_machines import FLAT, assembled, bar_and_post, box_mesh, box_part, cart, cylinder_mesh, properties, with_place, with_row
 from rille.cad.checks import check
 from rille.cad.interference import find_interference
-from rille.model import Differential, Gear, Joint, JointLimit, LoopClosure, Part
+from rille.model import CollisionShape, Differential, Gear, Joint, JointLimit, LoopClosure, Part
 
 STEP = np.deg2rad(3)
 Z = (0.0, 0.0, 1.0)
@@ -205,15 +205,36 @@ def test_loop_is_closed_in_every_pose():
     assert near[0].reached == pytest.approx(angle, abs=STEP / 2**8 + 20 * FLAT / 0.2)
 
 
-def test_open_mesh_is_taken_by_its_hull_and_said():
-    rover = bar_and_post()
+def without_face(rover, part, face):
+    """The rover whose box ``part`` lacks a face: 0 an end (0.0008 of 0.0496 m^2), 2 a long side (0.008)."""
     mesh = box_mesh((0.4, 0.04, 0.02))
-    mesh = replace(mesh, triangles=mesh.triangles[2:])
-    rover = replace(rover, parts=tuple(replace(p, meshes=(mesh,)) if p.name == "bar" else p for p in rover.parts))
+    mesh = replace(mesh, triangles=np.delete(mesh.triangles, [2 * face, 2 * face + 1], axis=0))
+    return replace(rover, parts=tuple(replace(p, meshes=(mesh,)) if p.name == part else p for p in rover.parts))
+
+
+def test_open_mesh_is_taken_by_its_hull_and_said():
+    rover = without_face(bar_and_post(), "bar", 2)
     report = find_interference(rover, samples=0)
     assert report.found[0].approximate
     assert "convex hull" in report.notes[0]
     assert {f.severity for f in check(rover, samples=0) if f.code == "interference.range"} == {"note"}
+
+
+def test_small_hole_is_filled():
+    one, two = find_interference(bar_and_post(), samples=0), find_interference(without_face(bar_and_post(), "bar", 0), samples=0)
+    assert two.notes == ()
+    assert two.found[0].volume == pytest.approx(one.found[0].volume, rel=1e-6)
+
+
+def test_collision_shapes_stand_in_for_meshes():
+    """A model without meshes (a URDF of primitives) is looked at by its collision shapes: the same boxes, the same angle."""
+    rover = bar_and_post()
+    size = {"base": (0.1, 0.1, 0.02), "beam": (0.4, 0.06, 0.01), "post": (0.04, 0.04, 0.1), "bar": (0.4, 0.04, 0.02)}
+    shapes = tuple(CollisionShape(body=str(i.body), kind="box", pose=i.pose, size=size[i.part]) for i in rover.instances)
+    bare = replace(rover, instances=(), parts=(), collision_shapes=shapes)
+    one, two = find_interference(rover, samples=0), find_interference(bare, samples=0)
+    assert two.found[0].volume == pytest.approx(one.found[0].volume, rel=1e-5)
+    assert two.reaches[0].reached == pytest.approx(one.reaches[0].reached, abs=STEP / 2**8)
 
 
 def test_inside_out_mesh_is_turned():

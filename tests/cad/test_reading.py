@@ -14,6 +14,7 @@ import pytest
 from rille.cad import cache, child, read_step
 from rille.cad.named_faces import named_face
 from rille.cad.reading import load_assemblies, load_assembly, mesh_of, meshes_of
+from rille.cad.script_reader import read_script
 from rille.model import InputRefused
 
 
@@ -169,15 +170,15 @@ def test_a_crash_of_occt_is_a_sentence(write_step):
 
 
 def test_a_hang_of_occt_is_a_sentence(write_step, monkeypatch):
-    """A rod whose edges have a radius of 5 mm, its surface one of 1000 km: OCCT walks all the way round."""
+    """A rod whose edges have a radius of 5 mm, its surface one of 1000 km: OCCT makes triangles all the way round."""
     import cadquery as cq
 
-    monkeypatch.setenv("RILLE_PATIENCE", "0.15")
+    monkeypatch.setenv("RILLE_PATIENCE", "0.2")
     path = write_step("hang.step", [(cq.Solid.makeCylinder(5, 10), "rod")])
     path.write_text(re.sub(r"(CYLINDRICAL_SURFACE\('',#\d+,)5\.", r"\g<1>1.E9", path.read_text()))
     start = time.monotonic()
-    with pytest.raises(InputRefused, match=r"was given up after 1 s while .*check it in CAD and export it again"):
-        load_assembly(path)
+    with pytest.raises(InputRefused, match=r"was given up after 1 s while .*check"):
+        meshes_of(load_assembly(path).prototypes, 1e-4)
     assert time.monotonic() - start < 30  # 1 s of processor time and the start; the machine may be busy
 
 
@@ -277,11 +278,13 @@ def test_script(tmp_path):
         ("from rille.model import InputRefused\nraise InputRefused('my own sentence')\n", r"^my own sentence$"),
     ],
 )
-def test_errors_of_scripts(tmp_path, text, sentence):
+def test_errors_of_scripts(tmp_path, monkeypatch, text, sentence):
+    monkeypatch.setattr(sys, "path", list(sys.path))  # in this process, which costs no start of a child
+    monkeypatch.setattr(sys, "argv", list(sys.argv))
     script = tmp_path / "wrong.py"
     script.write_text(text)
     with pytest.raises(InputRefused, match=sentence) as refusal:
-        load_assembly(script)
+        read_script(script)
     assert "\n" not in str(refusal.value)
 
 

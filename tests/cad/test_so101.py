@@ -1,11 +1,16 @@
 """Is the SO-101 arm of its STEP files, with stated part masses, the arm of its published URDF? (TheRobotStudio/SO-ARM100, Apache-2.0)"""
 
+import importlib.util
+import sys
+import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from command import rille
+from rille import store
 from rille.cad import build
 from rille.model import Rover
 from rille.model.kinematics import forward_kinematics
@@ -60,8 +65,8 @@ def errors(arm: Rover, urdf: Any, body: str) -> dict[str, float]:
 
 @pytest.mark.parametrize("body", SAME)
 def test_six_links_weigh_what_is_published(arm, urdf, body):
-    """Within 0.1 %; the published numbers have six digits and whole grams, whose trace is 0.03 %."""
-    assert all(error < 1e-3 for error in errors(arm, urdf, body).values()), errors(arm, urdf, body)
+    """0.1 % is asked; whole grams reach 0.011 %, which is the rounding of the URDF's six digits in the lightest links."""
+    assert all(error < 2e-4 for error in errors(arm, urdf, body).values()), errors(arm, urdf, body)
 
 
 def test_the_wrist_differs_by_the_servo_that_stands_in(arm, urdf):
@@ -73,7 +78,7 @@ def test_the_wrist_differs_by_the_servo_that_stands_in(arm, urdf):
 
 
 def test_every_link_has_its_parts(arm):
-    """Fifteen visuals of the URDF are fifteen solids of ten kinds; free surfaces (cable clips) weigh nothing."""
+    """Seventeen visuals of the URDF are seventeen solids, six of them one servo; free surfaces (cable clips) weigh nothing."""
     mass = {part.name: part.properties.mass for part in arm.parts}
     solids = [i for i in arm.instances if mass[i.part] > 0 and not i.path.startswith("mass/")]
     assert len(solids) == 17
@@ -126,3 +131,36 @@ def test_the_arm_moves_as_published(arm, urdf):
             point = np.append(next(b.properties.com for b in arm.bodies if b.name == body), 1.0)
             assert np.linalg.norm(((mine - theirs) @ point)[:3]) < 2e-5, body
             np.testing.assert_allclose(mine[:3, :3], theirs[:3, :3], atol=5e-5)
+
+
+def test_it_falls_when_it_is_let_go(arm, repository, tmp_path):
+    """The scenario of the example: the shoulder gives way, no limit is passed, and the drives put nothing in."""
+    model = tmp_path / "arm.db"
+    store.create(model)
+    store.write_rover(model, arm)
+    done = rille("run", model, "--scenario", repository / "examples/so101/fall.toml", "--json")
+    assert done.returncode == 0, done.stderr
+    trace = store.read_trace(model)
+    position = {joint.name: joint.position for joint in trace.joints}
+    assert position["shoulder_lift"][-1] > 1.0
+    for joint in arm.joints:
+        if joint.limit is not None:
+            assert position[joint.name].min() > joint.limit.lower - 1e-3
+            assert position[joint.name].max() < joint.limit.upper + 1e-3
+
+
+def script(path: Path):
+    """A script as a module."""
+    spec = importlib.util.spec_from_file_location(f"{path.parent.name}_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # its dataclasses look themselves up there
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_sheet_is_what_its_script_writes(arm, repository, rille_data):
+    folder = repository / "examples/so101"
+    robot = ET.parse(rille_data / "data/cad/so101/Simulation/so101_new_calib.urdf").getroot()
+    assert script(folder / "make_sheet.py").sheet(robot) == (folder / "so101.toml").read_text(encoding="utf-8")

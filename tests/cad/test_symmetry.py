@@ -100,6 +100,16 @@ def test_spokes_are_no_grousers():
     assert wheel.rim_radius == wheel.radius == pytest.approx(0.150, abs=1e-6)
 
 
+def test_a_hole_in_the_rim_is_forgiven():
+    import cadquery as cq
+
+    hole = cq.Workplane("YZ").circle(3).extrude(200)  # for a set screw: through hub and rim, once
+    found = rotational_symmetry(cad_wheels.grousered(disc=5).cut(hole).val().wrapped)
+    assert found is not None
+    assert (found.order, found.grouser_count, found.round) == (24, 24, True)
+    assert 0 < found.asymmetry < 0.02
+
+
 def test_body_of_revolution():
     import cadquery as cq
 

@@ -43,6 +43,13 @@ class Piece:
             return solid_gap(self.closed, other.closed, reach)
         return surface_gap((self.vertices, self.triangles), (other.vertices, other.triangles), reach)
 
+    def near(self, other: "Piece", reach: float) -> bool:
+        """Whether another piece is nearer than ``reach`` [m]."""
+        if self.closed is not None and other.closed is not None:
+            return solid_gap(self.closed, other.closed, reach) < reach
+        surfaces = (self.vertices, self.triangles), (other.vertices, other.triangles)
+        return surface_gap(*surfaces, reach, enough=0.999 * reach) < reach
+
 
 class BodyShape:
     """All pieces of one body."""

@@ -30,7 +30,7 @@ class Solid:
 
     vertices : all corners [m], shape (n, 3). triangles : shape (m, 3). bodies : closed, connected bodies (manifold3d.Manifold) without
     cavities; empty where the triangles close nowhere. volume : of the part, exact for a B-rep [m^3]. cavities : volume filled [m^3].
-    open_vertices : corners of the surfaces that enclose no volume, shape (k, 3). size : half the diagonal [m].
+    open_shells : corners of every connected surface that encloses nothing, shape (k, 3) each. size : half the diagonal [m].
     """
 
     vertices: Array
@@ -38,7 +38,7 @@ class Solid:
     bodies: tuple[Any, ...]
     volume: float
     cavities: float
-    open_vertices: Array
+    open_shells: tuple[Array, ...]
     size: float
 
 
@@ -81,7 +81,7 @@ def _solid(meshes: list[tuple[Array, NDArray[np.int64]]], exact: float | None) -
         bodies=tuple(bodies),
         volume=exact if exact is not None else enclosed - cavities,
         cavities=cavities,
-        open_vertices=np.concatenate(loose) if loose else np.zeros((0, 3)),
+        open_shells=tuple(loose),
         size=size,
     )
 

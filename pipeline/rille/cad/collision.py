@@ -100,15 +100,15 @@ def decompose(
         ``max_vertices`` holds the part within it.
     threshold : share by which pieces may exceed the part, for "cuts" and "symmetric".
     concavity : CoACD's threshold, in halves of the part's size.
-    max_hulls : largest number of pieces. max_vertices : of a hull, at least 4. time_limit : of CoACD [s].
+    max_hulls : largest number of pieces. max_vertices : of a hull, at least 8. time_limit : of CoACD [s].
 
     Raises
     ------
-    InputRefused : for an unknown method, a limit that cannot be met, and a part without any face.
+    InputRefused : for an unknown method and for a limit that is out of its range. No part is refused: notes say what could not be done.
     """
     if method not in get_args(Method):
         raise InputRefused(f"collision method is '{method}'; it must be one of {', '.join(get_args(Method))}")
-    for name, value, least in (("max_hulls", max_hulls, 1), ("max_vertices", max_vertices, 4)):
+    for name, value, least in (("max_hulls", max_hulls, 1), ("max_vertices", max_vertices, 8)):
         if value < least:
             raise InputRefused(f"{name} of a collision shape is {value}; it must be at least {least}")
     for name, number in (("tolerance", tolerance), ("threshold", threshold), ("concavity", concavity), ("time_limit", time_limit)):
@@ -118,9 +118,9 @@ def decompose(
         return Decomposition(pieces=(), method="none", volume_ratio=0.0)
     solid = solid_of(part, tolerance)
     if solid is None:
-        raise InputRefused("a part without a face has no collision shape; ask for the method 'none'")
+        return Decomposition(pieces=(), method="none", volume_ratio=math.nan, notes=("the part has no face, so it has no collision shape",))
     wish = _Wish(tolerance or 1e-3 * solid.size, threshold, concavity, max_hulls, max_vertices, time_limit)
-    made = _by_method(method, part, solid, wish)
+    made = _with_open_shells(_by_method(method, part, solid, wish), solid, wish)
     pieces = made.pieces
     hulls = [corners(piece, around=True) for piece in pieces]
     return Decomposition(
@@ -150,6 +150,17 @@ def _by_method(method: str, part: Any, solid: Solid, wish: _Wish) -> _Made:
             _bodies_cut(solid, wish), "the part has no rotational symmetry to decompose it by; it was cut by planes"
         )
     return _auto(part, solid, wish)
+
+
+def _with_open_shells(made: _Made, solid: Solid, wish: _Wish) -> _Made:
+    """Hulls around the surfaces that enclose nothing, where the pieces do not hold them yet."""
+    hulls = [corners(piece, around=True) for piece in made.pieces]
+    free = [shell for shell in solid.open_shells if outside_by(shell, hulls).max() > 2 * wish.tolerance]
+    if not free:
+        return made
+    more = [piece for shell in free for piece in _hull(shell, wish).pieces]
+    note = f"surfaces that enclose nothing ({len(free)}) got hulls around them"
+    return _with_note(_Made(made.method, [*made.pieces, *more], made.notes), note)
 
 
 def _auto(part: Any, solid: Solid, wish: _Wish) -> _Made:
@@ -252,7 +263,8 @@ def _open(solid: Solid, wish: _Wish) -> _Made:
     hull = hull_of(solid.vertices)
     if hull is None or not 0 < solid.volume < hull.volume / HULL_RATIO:
         return made
-    return _coacd(solid.vertices, solid.triangles, wish, made)
+    other = _coacd(solid.vertices, solid.triangles, wish, made)
+    return other if union_volume(other.pieces) >= COVERS * solid.volume else made
 
 
 def _primitive(points: Array, volume: float, wish: _Wish, kinds: tuple[str, ...] = ("box", "cylinder", "sphere")) -> _Made:

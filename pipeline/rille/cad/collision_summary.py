@@ -11,8 +11,9 @@ from rille.model import Part, Rover
 class BodyCollision:
     """Collision shapes of one body.
 
-    kinds : number of pieces by kind. vertices : of its hulls, in all. pieces_volume : of the union of the pieces [m^3]. parts_volume : of
-    the body's parts [m^3], 0 where they have none. ratio : of the two; None where the body has no pieces or its parts no volume.
+    kinds : number of pieces by kind. vertices : of its hulls, in all. pieces_volume : of the union of the pieces [m^3].
+    parts_volume : of the body's parts [m^3], each in full even where they overlap; 0 where they have none.
+    ratio : of the two; None where the body has no pieces or its parts no volume.
     """
 
     body: str

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rille.cad.assembly import Prototype
 from rille.cad.collision import Decomposition, Method
 from rille.cad.geometry import VolumeProperties
+from rille.cad.kept_lines import cylinder_lines, face_line
 from rille.cad.kept_pieces import mesh_digest, pieces_of
 from rille.cad.reading import mesh_of
 from rille.cad.rotation import pose_matrix, pose_of
@@ -103,24 +104,20 @@ class DrawnPart:
         if name not in names:
             known = nearest_names(name, names) if names else "the file names no faces of it; use `cylinder`, or point and axis"
             raise InputRefused(f"{subject} names the face '{name}' of part '{self.name}', which is not there; {known}")
-        from rille.cad.named_faces import named_face
-
-        found = named_face(self.prototype, name)
-        return found.point, found.axis
+        return face_line(self.prototype, name)
 
     def cylinder(self, radius: float, near: Vector, subject: str) -> Line:
         """Middle and axis of a cylindrical face."""
-        from rille.cad.features import cylinders
-
-        there = cylinders(self.prototype.shape)
-        fitting = [c for c in there if abs(c.radius - radius) <= 1e-3 * radius + 1e-7]
-        if not fitting:
-            sizes = ", ".join(f"{1e3 * r:g}" for r in sorted({round(c.radius, 6) for c in there})) or "none"
+        radii, middles, axes = cylinder_lines(self.prototype)
+        fitting = np.flatnonzero(np.abs(radii - radius) <= 1e-3 * radius + 1e-7)
+        if len(fitting) == 0:
+            sizes = ", ".join(f"{1e3 * r:g}" for r in sorted(set(radii.round(6)))) or "none"
             raise InputRefused(
                 f"{subject} looks for a cylinder of radius {1e3 * radius:g} mm on part '{self.name}', which has the radii {sizes} (mm)"
             )
-        best = min(fitting, key=lambda c: float(np.linalg.norm(np.cross(c.axis, near - c.point))))
-        return best.point + best.axis * (best.low + best.high) / 2, best.axis
+        distances = np.linalg.norm(np.cross(axes[fitting], near - middles[fitting]), axis=1)
+        best = fitting[np.argmin(distances)]
+        return middles[best], axes[best]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -57,6 +57,12 @@ class PlacedSolid:
         """Diagonal of the bounding box [m]."""
         return float(np.linalg.norm(self.high - self.low))
 
+    @property
+    def corners(self) -> Array:
+        """Of the bounding box [m], shape (8, 3)."""
+        unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+        return self.low + unit * (self.high - self.low)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fit:

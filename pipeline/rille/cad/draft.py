@@ -17,7 +17,7 @@ from rille.cad.assembly import Assembly
 from rille.cad.assign import matches
 from rille.cad.inspect import plausible_density
 from rille.cad.materials import library
-from rille.cad.suggest import SuggestedBody, SuggestedJoint, SuggestedWheel, Suggestions
+from rille.cad.suggestion import SuggestedBody, SuggestedJoint, SuggestedWheel, Suggestions
 from rille.model.quantity import to_si
 
 DEFAULT_MATERIAL = "aluminium"  # of rille's library; only a beginning, so the sheet says that it is guessed
@@ -37,7 +37,6 @@ def draft_sheet(assembly: Assembly, suggestions: Suggestions, step_path: str) ->
     -------
     TOML with comments. With ``accepted = true`` it builds; with nothing edited all masses come from CAD materials or a guessed default.
     """
-    shapeless = [i for i, instance in enumerate(assembly.instances) if assembly.prototypes[instance.prototype].n_solids == 0]
     paths = [instance.path for instance in assembly.instances]
     lines = [
         *_comment(f"Drafted by `rille cad new` from {step_path}: what geometry can tell. Read it, edit it, then say so:"),
@@ -48,9 +47,6 @@ def draft_sheet(assembly: Assembly, suggestions: Suggestions, step_path: str) ->
         'tolerance = "0.5 mm"  # of the visual meshes',
         *_default_material(assembly),
     ]
-    if shapeless:
-        lines += ["", *_comment("Parts without a solid have no mass; they are left out.")]
-        lines += [f"ignore = {_list(shortest_patterns(shapeless, paths))}"]
     for sentence in (*assembly.notes, *suggestions.notes):
         lines += _comment("NOTE " + sentence)
     lines += [*_wrong_densities(assembly), "", *_part_lines(assembly, suggestions.bodies), ""]
@@ -267,11 +263,16 @@ def _wheel_section(suggestions: Suggestions) -> list[str]:
         return [*lines, "# [[wheel]]", '# joint = "..."', '# radius = "150 mm"', '# width = "100 mm"']
     for wheel in suggestions.wheels:
         lines += ["", *_comment(f"SUGGESTED (confidence {wheel.confidence:.2f}): " + "; ".join(wheel.evidence))]
-        lines += ["[[wheel]]", f"joint = {_quoted(wheel.joint)}", f'radius = "{_mm(wheel.radius)} mm"', f'width = "{_mm(wheel.width)} mm"']
+        lines += [
+            "[[wheel]]",
+            f"joint = {_quoted(wheel.joint)}",
+            f'radius = "{_measured(wheel.radius)}"',
+            f'width = "{_measured(wheel.width)}"',
+        ]
         lines += [f"center = {_millimetres(wheel.center)}"]
         if wheel.grouser_count:
-            height, thickness = _mm(wheel.grouser_height), _mm(wheel.grouser_thickness)
-            lines += [f'grousers = {{ count = {wheel.grouser_count}, height = "{height} mm", thickness = "{thickness} mm" }}']
+            height, thickness = _measured(wheel.grouser_height), _measured(wheel.grouser_thickness)
+            lines += [f'grousers = {{ count = {wheel.grouser_count}, height = "{height}", thickness = "{thickness}" }}']
     return lines
 
 
@@ -325,6 +326,11 @@ def _millimetres(point: NDArray[np.float64]) -> str:
 def _mm(length: float) -> str:
     """Millimetres to a nanometre, without trailing zeros."""
     return f"{round(float(length) * 1e3, 6) + 0.0:.6f}".rstrip("0").rstrip(".")
+
+
+def _measured(length: float) -> str:
+    """A length that was read off triangles: five digits are more than they hold."""
+    return f"{float(length) * 1e3:.5g} mm"
 
 
 def _numbers(values: NDArray[np.float64]) -> str:

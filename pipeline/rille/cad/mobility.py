@@ -78,6 +78,12 @@ def mobility(rows: list[Array], center: Array) -> Mobility:
     return none
 
 
+def positive(axis: Array) -> Array:
+    """The unit vector of an axis, turned so that its largest component is positive: an axis has no sense of its own."""
+    axis = axis / np.linalg.norm(axis)
+    return axis if axis[np.argmax(np.abs(axis) > np.abs(axis).max() - 1e-6)] > 0 else -axis
+
+
 def _translation(point: Array, direction: Array, center: Array) -> Array:
     """No motion of ``point`` along a direction: d . v + ((p - c) x d) . omega = 0; omega is scaled by LENGTH."""
     return np.array([*(np.cross(point - center, direction) / LENGTH), *direction])

@@ -24,13 +24,13 @@ MEMORY = 0.8  # of the machine's memory that a child may take
 
 
 def read_limit(n_bytes: int) -> float:
-    """Processor seconds for reading and weighing a file: sound files take 1 to 4 s a megabyte."""
-    return patience() * (7.0 + 30.0 * max(n_bytes / 1e6 - 0.2, 0.0))
+    """Processor seconds for reading and weighing a file: sound files take less than 1 s below 0.1 MB, then at most 8 s a megabyte."""
+    return patience() * (4.0 + 30.0 * max(n_bytes / 1e6 - 0.1, 0.0))
 
 
 def mesh_limit(n_bytes: int) -> float:
     """Processor seconds for the triangles of a part whose B-rep has that many bytes: sound parts take well under 1 s."""
-    return patience() * (6.0 + 30.0 * n_bytes / 1e6)
+    return patience() * (5.0 + 30.0 * n_bytes / 1e6)
 
 
 def patience() -> float:

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int64]
 
+MOST_TRIANGLES = 200_000
+"""Where finding the distance of two surfaces is given up for the best that is known."""
+
 
 def closed_solid(vertices: Array, triangles: Triangles, tolerance: float) -> "Manifold | None":
     """The solid within a mesh; None if the mesh does not close within its tolerance [m].
@@ -50,7 +53,7 @@ def _mended(vertices: Array, triangles: Triangles, tolerance: float) -> "Manifol
     from rille.cad.closed_mesh import solid_of
 
     part = solid_of(Mesh(vertices=vertices.astype(np.float32), triangles=triangles.astype(np.int32), tolerance=tolerance), None)
-    if part is None or not part.bodies or len(part.open_vertices):
+    if part is None or not part.bodies or part.open_shells:
         return None
     return Manifold.batch_boolean(list(part.bodies), OpType.Add)
 
@@ -79,27 +82,29 @@ def solid_gap(a: "Manifold", b: "Manifold", reach: float) -> float:
     return reach if near_a.is_empty() or near_b.is_empty() else float(near_a.min_gap(near_b, reach))
 
 
-def surface_gap(a: tuple[Array, Triangles], b: tuple[Array, Triangles], reach: float) -> float:
-    """Distance between two open surfaces [m], at most ``reach``, from dense samples where they come near each other.
+def surface_gap(a: tuple[Array, Triangles], b: tuple[Array, Triangles], reach: float, enough: float = 0.0) -> float:
+    """Distance between two open surfaces [m], at most ``reach``: never below the true one, and within 2 % of it.
 
-    Never above the true one, and below it by at most a hundredth of the extent of that region, or a 200th of its longest edge.
+    Triangles that can hold the nearest points are split until they are small (branch and bound: distance of two middles less both radii).
+    The first distance up to ``enough`` is taken.
     """
     from scipy.spatial import KDTree
 
     low = np.maximum(a[0].min(axis=0), b[0].min(axis=0)) - reach
     high = np.minimum(a[0].max(axis=0), b[0].max(axis=0)) + reach
-    near = [_near(vertices[triangles], low, high) for vertices, triangles in (a, b)]
-    if not all(len(corners) for corners in near):
-        return reach
-    longest = max(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max() for corners in near)
-    spacing = max((high - low).max() / 100, longest / 200, 1e-6)
-    clouds = [_sampled(corners, spacing) for corners in near]
-    clouds = [cloud[((cloud > low - spacing) & (cloud < high + spacing)).all(axis=1)] for cloud in clouds]
-    if not all(len(cloud) for cloud in clouds):
-        return reach
-    small, large = sorted(clouds, key=len)
-    distances, _ = KDTree(large).query(small, distance_upper_bound=reach + 2 * spacing)
-    return float(max(0.0, min(reach, distances.min() - spacing)))
+    sides = [_near(vertices[triangles], low, high) for vertices, triangles in (a, b)]
+    found = reach
+    while all(len(side) for side in sides):
+        middles = [side.mean(axis=1) for side in sides]
+        radii = [np.linalg.norm(side - middle[:, None], axis=2).max(axis=1) for side, middle in zip(sides, middles, strict=True)]
+        apart = [KDTree(middles[1 - k]).query(middles[k])[0] for k in (0, 1)]
+        found = min(found, float(apart[0].min()))
+        largest = [float(r.max()) for r in radii]
+        if found <= enough or sum(largest) <= max(0.02 * found, 1e-6) or sum(map(len, sides)) > MOST_TRIANGLES:
+            break
+        kept = [apart[k] - radii[k] - largest[1 - k] <= found for k in (0, 1)]
+        sides = [_split(sides[k][kept[k]], radii[k][kept[k]] > 0.5 * max(largest)) for k in (0, 1)]
+    return found
 
 
 def _near(corners: Array, low: Array, high: Array) -> Array:
@@ -125,16 +130,9 @@ def _welded(points: Array, corners: Triangles, distance: float) -> tuple[Array, 
     return np.ascontiguousarray(vertices), triangles[proper]
 
 
-def _sampled(corners: Array, spacing: float) -> Array:
-    """Points on triangles (k, 3, 3), no farther apart than ``spacing``."""
-    edges = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=1)
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    counts = np.ceil(longest / spacing).astype(int).clip(1, 200)
-    points = []
-    for count in np.unique(counts):
-        chosen = counts == count
-        u, v = np.meshgrid(np.arange(count + 1) / count, np.arange(count + 1) / count)
-        inside = u + v <= 1 + 1e-9
-        weights = np.column_stack([u[inside], v[inside]])
-        points.append((corners[chosen, 0][:, None] + np.einsum("wj,kjc->kwc", weights, edges[chosen])).reshape(-1, 3))
-    return np.concatenate(points)
+def _split(corners: Array, chosen: NDArray[np.bool_]) -> Array:
+    """Triangles (k, 3, 3), the chosen ones cut into four at the middles of their edges."""
+    a, b, c = np.moveaxis(corners[chosen], 1, 0)
+    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    quarters = [np.stack(corner, axis=1) for corner in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    return np.concatenate([corners[~chosen], *quarters])

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rille.cad.assembly import Assembly, PlacedPart, Prototype
 from rille.cad.geometry import MM
-from rille.cad.step_text import check_numbers, check_placements, check_step_file, drawn_solids, external_files, is_utf8
+from rille.cad.step_text import check_numbers, check_placements, check_step_file, drawn_solids, external_files, is_utf8, states_length
 from rille.model import InputRefused, Material
 
 Progress = Callable[[str, float], None]
@@ -31,8 +31,9 @@ _NO_NAME = re.compile(r"^(|NONE|NULL|''|#?\d+|\$|FACE|ADVANCED_FACE|NO[ _]?NAME)
 
 # Complaints of OCCT about entities that place and shape.
 _FAULT = re.compile(
-    r"^Unresolved Reference|^Count of Parameters|\((transform\w*|rep_\d|represent\w*|product_definition_rel[\w.]*|location|axis\d?|"
-    r"ref_direction|position|local_origin|coordinates|direction_ratios|items|used_representation|mapp\w*)\)"
+    r"^Unresolved Reference|^Count of Parameters|\((transform\w*|rep_\d|represented_product_relation|representation_relation|"
+    r"product_definition_rel[\w.]*|location|axis\d?|ref_direction|position|local_origin|coordinates|direction_ratios|items|"
+    r"used_representation|mapp\w*)\)"
 )
 # CadQuery gives whatever has no name a random one.
 _UUID = re.compile(r"^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$", re.IGNORECASE)
@@ -72,6 +73,8 @@ def read_step(
     notes = [
         f"'{path.name}' refers to the file '{name}', which is not there: what it draws is missing" for name, file in others if not file
     ]
+    if not states_length(path):
+        notes.append(f"'{path.name}' states no unit of length: millimetres were taken")
     try:
         assembly = read_document(_load(path, say, notes, face_names), path, progress=progress, make=make, notes=notes)
     except Exception as error:

@@ -76,6 +76,12 @@ def drawn_solids(path: Path) -> int:
     return sum(len(_SOLID.findall(file.read_bytes())) for file in files)
 
 
+def states_length(path: Path) -> bool:
+    """Does a file state a unit of length, or at least draw nothing itself?"""
+    text = path.read_bytes()
+    return b"LENGTH_UNIT" in text or b"CARTESIAN_POINT" not in text
+
+
 def is_utf8(path: Path) -> bool:
     """Are the bytes of a file UTF-8 (as plain ASCII is)?"""
     try:

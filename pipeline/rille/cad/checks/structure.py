@@ -111,7 +111,7 @@ def check_contact(shapes: Mapping[str, BodyShape]) -> Iterator[Finding]:
             return k
 
         for _, i, j in order:
-            if find(i) != find(j) and pieces[i].gap(pieces[j], float(allowed[i, j])) < allowed[i, j]:
+            if find(i) != find(j) and pieces[i].near(pieces[j], float(allowed[i, j])):
                 home[find(i)] = find(j)
         groups: dict[int, list[int]] = {}
         for k in range(len(pieces)):
