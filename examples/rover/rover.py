@@ -5,8 +5,21 @@ The assembly of ``make_rover.py`` with its bodies, joints and drives in Python; 
     .venv/bin/rille cad build examples/rover/rover.py -o rover.db
 """
 
-from make_rover import AXLE_X, BEAM_Z, BOGIE_PIVOT_X, GROUSER_HEIGHT, GROUSER_THICKNESS, GROUSERS, LEG_Y, ROCKER_PIVOT_Z, ROCKER_Y
-from make_rover import TRACK_Y, WHEEL_RADIUS, WHEEL_WIDTH, rover
+from make_rover import (
+    AXLE_X,
+    BEAM_Z,
+    BOGIE_PIVOT_X,
+    GROUSER_HEIGHT,
+    GROUSER_THICKNESS,
+    GROUSERS,
+    LEG_Y,
+    ROCKER_PIVOT_Z,
+    ROCKER_Y,
+    TRACK_Y,
+    WHEEL_RADIUS,
+    WHEEL_WIDTH,
+    rover,
+)
 
 from rille.cad import Mechanism
 

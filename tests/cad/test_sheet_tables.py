@@ -210,7 +210,10 @@ def test_what_was_guessed_is_not_used_before_somebody_accepts_it(build_sheet, si
     [
         ('[[loop]]\nname = "l"\nbody_a = "base"\nbody_b = "base"\npoint = [0, 0, 0]\n', "loop 'l' joins body 'base' with itself"),
         ('[[loop]]\nname = "l"\nbody_a = "base"\nbody_b = "arm_left"\n', "needs one of `at` and `point`"),
-        ('[[mass]]\nname = "m"\nbody = "bsae"\nmass = 1\nat = [0, 0, 0]\n', "names the body 'bsae', which is not on the sheet; did you mean 'base'"),
+        (
+            '[[mass]]\nname = "m"\nbody = "bsae"\nmass = 1\nat = [0, 0, 0]\n',
+            "the body 'bsae', which is not on the sheet; did you mean 'base'",
+        ),
         ('[[mass]]\nname = "m"\nbody = "base"\nmass = 0\nat = [0, 0, 0]\n', "mass of mass 'm' is 0 kg"),
         ('[[place]]\nname = "p"\nbody = "base"\n', "needs one of `file` and `part`"),
         ('[[drive]]\njoint = "pivot_left"\nmode = "speed"\n', "needs one of `max_torque` and `motor`"),

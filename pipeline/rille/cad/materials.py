@@ -26,9 +26,8 @@ class Materials:
     def find(self, name: str, subject: str) -> Material:
         """The material of that name."""
         if name not in self._known:
-            raise InputRefused(
-                f"{subject} names the material '{name}', which is neither on the sheet nor in the library; {nearest_names(name, self._known)}"
-            )
+            nearest = nearest_names(name, self._known)
+            raise InputRefused(f"{subject} names the material '{name}', which is neither on the sheet nor in the library; {nearest}")
         found = self._known[name]
         return Material(name=name, density=positive(found.density, "density", f"density of material '{name}'"), source=found.source)
 
