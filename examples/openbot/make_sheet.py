@@ -2,7 +2,7 @@
 
 By their holes. Its page (isl-org/OpenBot, body/mtv/README.md) says which part is bolted to which; the bolt holes and pivots of the parts
 say where: this script puts hole onto hole, turns the rocker until all six axles are level, and writes ``openbot.toml``. Points below are
-centres of holes in the frames of the parts [mm], as ``rille cad inspect`` and :func:`rille.cad.features.cylinders` show them;
+centres of holes in the frames of the parts [mm], as ``rille cad inspect`` and :func:`rille.cad.suggestion.features.cylinders` show them;
 ``tests/cad/test_openbot.py`` looks whether the holes of the built model are in line.
 
     .venv/bin/python examples/openbot/make_sheet.py

@@ -21,7 +21,7 @@ from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 from rille.cad import Prototype, load_assembly
-from rille.cad.rotation import from_rpy
+from rille.model.rotation import from_rpy
 from rille.model.sheet import expand
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from rille import cad
-from rille.cad.collision import decompose
+from rille.cad.collision.decompose import decompose
 
 RILLE = Path(sys.executable).with_name("rille")
 

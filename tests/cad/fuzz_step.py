@@ -1,6 +1,6 @@
 """Broken STEP files by the thousand: seeds of our own, mutations, and one forked child per file that reads, weighs and tessellates it.
 
-The child runs ``rille.cad.read_process.do``, as the tool's child process does, under the same limits; a fork of a process that
+The child runs ``rille.cad.files.read_process.do``, as the tool's child process does, under the same limits; a fork of a process that
 has imported OCCT costs milliseconds where the tool's own child costs a second. By hand, for the whole of it:
 
     RILLE_FUZZ_STEP=10000 pytest tests/cad/test_fuzz_step.py -s
@@ -12,6 +12,7 @@ import re
 import select
 import signal
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -176,8 +177,8 @@ def fuzz(count: int, folder: Path, *, seed: int = 0, budget: float = float("inf"
     """Mutate, read, and count; ``keep``: files that crashed or hung the child stay in this folder."""
     import OCP  # noqa: F401  # before the first fork
 
-    import rille.cad.read_process
-    import rille.cad.step_reader  # noqa: F401
+    import rille.cad.files.read_process
+    import rille.cad.files.step_reader  # noqa: F401
 
     originals, tally, end = seeds(folder), Tally(), time.monotonic() + budget
     for index in range(count):
@@ -210,7 +211,13 @@ def read_in_fork(path: Path) -> str:
     child = os.fork()
     if child == 0:
         os.close(watch)
-        os._exit(_child(path))
+        code = 1
+        try:
+            code = _child(path)
+        except BaseException:  # a child must never come back into the test that forked it
+            path.with_suffix(".bug").write_text(traceback.format_exc())
+        finally:
+            os._exit(code)
     os.close(tied)
     ready, _, _ = select.select([watch], [], [], LIMIT)  # the pipe closes when the child ends
     os.close(watch)
@@ -224,7 +231,7 @@ def read_in_fork(path: Path) -> str:
 
 def _explained(path: Path, outcome: str) -> str:
     """The tool says what is wrong with the text of such a file; that must not fail, either."""
-    from rille.cad.step_text import what_is_wrong
+    from rille.cad.files.step_text import what_is_wrong
 
     what_is_wrong(path)
     return outcome
@@ -232,7 +239,7 @@ def _explained(path: Path, outcome: str) -> str:
 
 def _child(path: Path) -> int:
     """Exit code: 0 read, 3 refused, 1 our bug. Whatever OCCT prints goes nowhere."""
-    from rille.cad import read_process, saved
+    from rille.cad.files import read_process, saved
 
     faulthandler.disable()  # pytest's would write a page for every crash
     quiet = os.open(os.devnull, os.O_WRONLY)

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from rille.cad import cache
+from rille.cad.files import cache
 
 ARRAYS = {"a": np.arange(6.0).reshape(2, 3), "b": np.array([1, 2], np.int32)}
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import cad_wheels
-from rille.cad.collision import decompose
-from rille.cad.convex import few_vertices, hull_of, outside_by
+from rille.cad.collision.convex import few_vertices, hull_of, outside_by
+from rille.cad.collision.decompose import decompose
+from rille.cad.collision.pieces import corners, union_volume
+from rille.cad.collision.primitives import smallest_primitive
+from rille.cad.collision.symmetry import without_triangles
 from rille.cad.geometry import tessellate, volume_properties
-from rille.cad.pieces import corners, union_volume
-from rille.cad.primitives import smallest_primitive
-from rille.cad.symmetry import without_triangles
 from rille.model import InputRefused, Mesh
 
 TOLERANCE = 2e-4

@@ -5,9 +5,9 @@ import tomllib
 import pytest
 
 from rille.cad import build, read_step
-from rille.cad.draft import draft_sheet, shortest_patterns
 from rille.cad.sheet import RoverSheet
-from rille.cad.suggest import suggest
+from rille.cad.suggestion.draft import draft_sheet, shortest_patterns
+from rille.cad.suggestion.suggest import suggest
 from rille.model import InputRefused
 
 
@@ -126,7 +126,7 @@ def test_a_density_that_no_solid_has_is_replaced_aloud(rille_data, tmp_path):
     if not path.is_file():
         pytest.skip("the robot arm's STEP file is absent")
     assembly = read_step(path)
-    from rille.cad.suggestion import SuggestedBody, Suggestions
+    from rille.cad.suggestion.values import SuggestedBody, Suggestions
 
     everything = SuggestedBody(name="all", instances=tuple(range(len(assembly.instances))))
     text = draft_sheet(assembly, Suggestions(bodies=(everything,), joints=(), wheels=(), root="all"), str(path))

@@ -618,7 +618,7 @@ def test_numbers_read_back_exactly():
 
 def test_angles_give_their_rotation_back():
     """At and around pitch = 90 deg, where roll and yaw are not determined one by one, the product still is: to rounding."""
-    from rille.cad.rotation import from_rpy
+    from rille.model.rotation import from_rpy
 
     rng = np.random.default_rng(0)
     for pitch in (0.0, 1.0, np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-9, np.pi / 2 - 1e-7, 3.0):

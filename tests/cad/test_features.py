@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rille.cad.features import cylinders, planes, spheres
+from rille.cad.suggestion.features import cylinders, planes, spheres
 
 # OCCT's modelling tolerance is 1e-7 m; values of analytic surfaces come back with 15 digits.
 EXACT = 1e-12

@@ -301,7 +301,7 @@ def test_external_references_with_another_unit_and_without_a_file(write_step, tm
 def test_colours_and_names_of_faces(write_step, tmp_path):
     import cadquery as cq
 
-    from rille.cad.named_faces import named_face
+    from rille.cad.files.named_faces import named_face
 
     solid = box().faces(">X").workplane().hole(8)
     rig = cq.Assembly(name="rig").add(solid, name="block", color=cq.Color(0, 0, 1))

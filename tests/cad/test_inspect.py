@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rille.cad import read_step
-from rille.cad.inspect import as_dict, as_text, inspect, plausible_density
+from rille.cad.suggestion.inspect import as_dict, as_text, inspect, plausible_density
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from check_machines import FLAT, assembled, bar_and_post, box_mesh, box_part, cart, cylinder_mesh, properties, with_place, with_row
 from rille.cad.checks import check
-from rille.cad.interference import find_interference
+from rille.cad.checks.interference import find_interference
 from rille.model import CollisionShape, Differential, Gear, Joint, JointLimit, LoopClosure, Part
 
 STEP = np.deg2rad(3)

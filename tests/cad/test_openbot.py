@@ -14,9 +14,9 @@ import pytest
 from command import rille
 from rille import store
 from rille.cad import build, read_step
-from rille.cad.features import cylinders
-from rille.cad.rotation import pose_matrix
+from rille.cad.suggestion.features import cylinders
 from rille.model import Rover
+from rille.model.rotation import pose_matrix
 from rille.model.trace import BodyTrace
 
 SHEET = "examples/openbot/openbot.toml"

@@ -8,7 +8,7 @@ import pytest
 
 from command import assert_refused, rille
 from rille import store
-from rille.cad.collision_summary import summarize_collision
+from rille.cad.collision.summary import summarize_collision
 from rille.model import Body, CollisionShape, MassProperties, Mesh, Part, PartInstance, Pose, Rover
 
 PROPERTIES = MassProperties(mass=1.0, com=np.zeros(3), inertia=np.eye(3), mass_provenance="stated", inertia_provenance="stated")

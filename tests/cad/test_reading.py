@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rille.cad import cache, child, read_step
-from rille.cad.named_faces import named_face
-from rille.cad.reading import load_assemblies, load_assembly, mesh_of, meshes_of
-from rille.cad.script_reader import read_script
+from rille.cad import read_step
+from rille.cad.files import cache, child
+from rille.cad.files.named_faces import named_face
+from rille.cad.files.reading import load_assemblies, load_assembly, mesh_of, meshes_of
+from rille.cad.files.script_reader import read_script
 from rille.model import InputRefused
 
 
@@ -80,7 +81,7 @@ def test_an_unchanged_build_imports_no_occt_and_takes_no_time(nested_step):
     script = f"""
 import sys, time  # processor time: the machine may be busy with other things
 from pathlib import Path
-from rille.cad.reading import load_assembly, meshes_of
+from rille.cad.files.reading import load_assembly, meshes_of
 start = time.process_time()
 meshes_of(load_assembly(Path({str(nested_step)!r})).prototypes, 1e-3)
 print(time.process_time() - start, "OCP" in sys.modules, "cadquery" in sys.modules)
@@ -202,7 +203,7 @@ def test_impossible_numbers_are_refused_before_they_can_do_harm(write_step, chil
 )
 def test_ends_of_a_child(job, how, tmp_path):
     script = tmp_path / "end.py"
-    script.write_text(f"from rille.cad import read_process\nread_process.allow(1.0, lambda **message: None)\n{job}\n")
+    script.write_text(f"from rille.cad.files import read_process\nread_process.allow(1.0, lambda **message: None)\n{job}\n")
     with pytest.raises(InputRefused, match=how):
         load_assembly(script)
 
@@ -217,7 +218,7 @@ def test_hunger_for_memory_is_a_sentence(tmp_path):
 def test_the_child_dies_with_its_parent(tmp_path):
     script = tmp_path / "sleep.py"
     script.write_text(f"import os, time, pathlib\npathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()))\ntime.sleep(60)\n")
-    code = f"from pathlib import Path; from rille.cad.reading import load_assembly; load_assembly(Path({str(script)!r}))"
+    code = f"from pathlib import Path; from rille.cad.files.reading import load_assembly; load_assembly(Path({str(script)!r}))"
     parent = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL)
     for _ in range(300):
         if (tmp_path / "pid").exists() and (tmp_path / "pid").read_text():

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from rille.cad import build
-from rille.cad.assembly import Assembly
-from rille.cad.step_reader import read_step
-from rille.cad.suggest import suggest
-from rille.cad.suggestion import THRESHOLD, SuggestedJoint, Suggestions
+from rille.cad.files.assembly import Assembly
+from rille.cad.files.step_reader import read_step
+from rille.cad.suggestion.suggest import suggest
+from rille.cad.suggestion.values import THRESHOLD, SuggestedJoint, Suggestions
 
 # Axes come from the analytic surfaces that OCCT writes with 15 digits: 1e-7 m and 1e-6 rad are its modelling tolerance.
 NEAR = 1e-7

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import cad_wheels
+from rille.cad.collision.symmetry import rotational_symmetry, rotational_symmetry_of_mesh, without_triangles
 from rille.cad.geometry import tessellate
-from rille.cad.symmetry import rotational_symmetry, rotational_symmetry_of_mesh, without_triangles
 
 MM = 1e-3
 

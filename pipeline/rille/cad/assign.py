@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from rille.cad.assembly import Assembly, PlacedPart
 from rille.cad.component import Component, DrawnPart, MirroredPart, Placed, ReadyPart, mirrored_ready
 from rille.cad.entries import known, symmetric_matrix, triple_of
+from rille.cad.files.assembly import Assembly, PlacedPart
 from rille.cad.masses import box_inertia, check_inertia, positive_mass
 from rille.cad.mirror import other_side, reflected
-from rille.cad.rotation import UP, from_rpy
 from rille.cad.sheet import MassSheet, PlaceSheet, RoverSheet
 from rille.model import InputRefused, MassProperties, Material, Part, nearest_names
 from rille.model.quantity import to_si
+from rille.model.rotation import UP, from_rpy
 from rille.model.sheet import expand
 
 FindPart = Callable[[Path | None, str], tuple[Part, Material | None]]

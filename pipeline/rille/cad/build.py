@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from rille import __version__
-from rille.cad.assembly import Assembly
 from rille.cad.assign import FindPart, Inventory, gather
+from rille.cad.collision.shapes import body_shapes, wheel_shape
 from rille.cad.component import Component, DrawnPart
 from rille.cad.entries import positive, unique
+from rille.cad.files.assembly import Assembly
+from rille.cad.files.reading import load_assemblies, meshes_of
 from rille.cad.frames import Frames
 from rille.cad.masses import body_properties, part_properties
 from rille.cad.materials import Materials
@@ -24,11 +26,9 @@ from rille.cad.mechanism import (
     make_wheels,
 )
 from rille.cad.mirror import mirrored
-from rille.cad.reading import load_assemblies, meshes_of
-from rille.cad.rotation import UP, pose_of
-from rille.cad.shapes import body_shapes, wheel_shape
 from rille.cad.sheet import BudgetSheet, RoverSheet
 from rille.model import Body, CollisionShape, InputRefused, Joint, Material, Part, PartInstance, Rover, SourceFile, nearest_names
+from rille.model.rotation import UP, pose_of
 from rille.model.rover import Wheel
 from rille.model.sheet import expand, read_sheet, source_of, validate_sheet
 

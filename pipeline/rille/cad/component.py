@@ -6,14 +6,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.assembly import Prototype
-from rille.cad.collision import Decomposition, Method
+from rille.cad.collision.decompose import Decomposition, Method
+from rille.cad.collision.kept_pieces import mesh_digest, pieces_of
+from rille.cad.files.assembly import Prototype
+from rille.cad.files.kept_lines import cylinder_lines, face_line
+from rille.cad.files.reading import mesh_of
 from rille.cad.geometry import VolumeProperties
-from rille.cad.kept_lines import cylinder_lines, face_line
-from rille.cad.kept_pieces import mesh_digest, pieces_of
-from rille.cad.reading import mesh_of
-from rille.cad.rotation import pose_matrix, pose_of
 from rille.model import InputRefused, Material, Mesh, Part, nearest_names
+from rille.model.rotation import pose_matrix, pose_of
 
 Vector = NDArray[np.float64]
 Line = tuple[Vector, Vector | None]
@@ -49,7 +49,7 @@ class Component(Protocol):
         ...
 
     def pieces(self, method: Method, tolerance: float) -> Decomposition:
-        """Convex pieces for collisions; see :func:`rille.cad.collision.decompose`."""
+        """Convex pieces for collisions; see :func:`rille.cad.collision.decompose.decompose`."""
         ...
 
     def face(self, name: str, subject: str) -> Line:

@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.rotation import matrix_of
 from rille.model import CollisionShape, Pose, Rover
+from rille.model.rotation import matrix_of
 
 Array = NDArray[np.float64]
 Kind = Literal["added", "removed", "renamed", "changed"]

@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from rille.cad.assign import Inventory, matches
 from rille.cad.component import Line, Placed
 from rille.cad.entries import direction, known, positive, triple_of
-from rille.cad.rotation import UP
 from rille.cad.sheet import FrameSheet, JointSheet, RoverSheet
 from rille.model import InputRefused, nearest_names
+from rille.model.rotation import UP
 
 Vector = NDArray[np.float64]
 

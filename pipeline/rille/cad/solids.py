@@ -50,7 +50,7 @@ def _mended(vertices: Array, triangles: Triangles, tolerance: float) -> "Manifol
     """The solid when small holes are filled; None if more than that is missing."""
     from manifold3d import Manifold, OpType
 
-    from rille.cad.closed_mesh import solid_of
+    from rille.cad.collision.closed_mesh import solid_of
 
     part = solid_of(Mesh(vertices=vertices.astype(np.float32), triangles=triangles.astype(np.int32), tolerance=tolerance), None)
     if part is None or not part.bodies or part.open_shells:

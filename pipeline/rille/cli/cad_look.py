@@ -20,8 +20,8 @@ def inspect(file: File, picture: Picture = None, as_json: Json = False) -> None:
     Example: rille cad inspect rover.step --picture rover.png
     """
     from rille import cad
-    from rille.cad.inspect import as_dict, as_text
-    from rille.cad.inspect import inspect as look
+    from rille.cad.suggestion.inspect import as_dict, as_text
+    from rille.cad.suggestion.inspect import inspect as look
 
     with progress(f"reading {file.name}") as update:
         assembly = cad.load_assembly(file, progress=lambda what, f: update(what, 0.7 * f))
@@ -48,8 +48,8 @@ def new(
     Example: rille cad new rover.step -o rover.toml --picture rover.png
     """
     from rille import cad
-    from rille.cad.draft import draft_sheet
-    from rille.cad.suggest import suggest
+    from rille.cad.suggestion.draft import draft_sheet
+    from rille.cad.suggestion.suggest import suggest
     from rille.model import InputRefused
 
     sheet = output or file.with_suffix(".toml")

@@ -19,7 +19,7 @@ def preview(
     Example: rille cad preview rover.db --body wheel_front_left -o wheel.png
     """
     from rille import store
-    from rille.cad.collision_summary import summarize_collision
+    from rille.cad.collision.summary import summarize_collision
     from rille.view.collision_pictures import draw_collision
 
     rover = store.read_rover(model)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rille.model import Mesh, Rover
 from rille.model.kinematics import forward_kinematics
+from rille.model.rotation import matrix_of
 from rille.view.drawing import Camera, Drawing, Item, draw
-from rille.view.pose import rotation_matrix
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _items(rover: Rover, positions: Mapping[str, float], body_a: str, body_b: st
         color, opacity = looks.get(instance.body, (REST, 0.13))
         for mesh in parts[instance.part].meshes:
             if mesh.purpose == "visual":
-                placed = mesh.vertices.astype(float) @ rotation_matrix(instance.pose.rotation).T + np.array(instance.pose.position)
+                placed = mesh.vertices.astype(float) @ matrix_of(instance.pose.rotation).T + np.array(instance.pose.position)
                 vertices = (placed - frames[instance.body]) @ pose[:3, :3].T + pose[:3, 3]
                 items.append(Item(vertices=vertices, triangles=mesh.triangles, color=color, opacity=opacity))
     return items

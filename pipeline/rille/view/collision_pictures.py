@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import CollisionShape, InputRefused, Rover
+from rille.model.rotation import matrix_of
 from rille.view.drawing import Camera, Drawing, Item, draw
 from rille.view.obstacles import hull_points
-from rille.view.pose import rotation_matrix
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def _visual_items(rover: Rover, body: str | None) -> list[Item]:
             continue
         for mesh in parts[instance.part].meshes:
             if mesh.purpose == "visual":
-                placed = mesh.vertices.astype(float) @ rotation_matrix(instance.pose.rotation).T + np.array(instance.pose.position)
+                placed = mesh.vertices.astype(float) @ matrix_of(instance.pose.rotation).T + np.array(instance.pose.position)
                 items.append(Item(vertices=placed, triangles=mesh.triangles, color=VISUAL))
     return items
 

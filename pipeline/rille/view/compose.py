@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Rover, Terrain, Trace
+from rille.model.rotation import matrix_of
 from rille.view.drawing import Camera, Drawing, Item
 from rille.view.ground import Patch, colors, crop
 from rille.view.obstacles import obstacle_items
-from rille.view.pose import rotation_matrix, to_world
+from rille.view.pose import to_world
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,7 @@ def track_items(rover: Rover, trace: Trace, patch: Patch) -> list[Item]:
         if len(touched) == 0:
             continue
         body, axis = children[joints[wheel.name]]
-        axles = np.array([rotation_matrix(q) @ np.array(axis) for q in traces[body].rotation])
+        axles = np.array([matrix_of(q) @ np.array(axis) for q in traces[body].rotation])
         edges = [wheel.center + side * widths[wheel.name] / 2 * axles for side in (-1, 1)]
         for edge in edges:
             edge[:, 2] = patch.height(edge[:, 0], edge[:, 1]) + 0.008
@@ -98,7 +99,7 @@ def traverse_drawings(rover: Rover, trace: Trace, terrain: Terrain) -> dict[str,
     here, start = root.position[-1], root.position[0]
     away = here[:2] - start[:2]
     length = float(np.linalg.norm(away))
-    ahead = away / length if length > 0.5 else (rotation_matrix(root.rotation[-1]) @ np.array([1.0, 0, 0]))[:2]
+    ahead = away / length if length > 0.5 else (matrix_of(root.rotation[-1]) @ np.array([1.0, 0, 0]))[:2]
     ahead = ahead / np.linalg.norm(ahead)
     left = np.array([-ahead[1], ahead[0]])
     machine = machine_items(rover, trace, -1)

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Obstacle, Terrain
+from rille.model.rotation import matrix_of
 from rille.view.drawing import Item
-from rille.view.pose import rotation_matrix
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ def hull_points(obstacle: Obstacle) -> Array:
             polar = np.linspace(0, np.pi, 13)
             directions = [np.column_stack([np.sin(p) * np.cos(around), np.sin(p) * np.sin(around), np.full(24, np.cos(p))]) for p in polar]
             points = obstacle.size[0] * np.unique(np.round(np.concatenate(directions), 9), axis=0)
-    return points @ rotation_matrix(np.array(obstacle.pose.rotation)).T + np.array(obstacle.pose.position)
+    return points @ matrix_of(np.array(obstacle.pose.rotation)).T + np.array(obstacle.pose.position)
 
 
 def obstacle_items(terrain: Terrain) -> list[Item]:

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rille.cad.body_shape import body_shapes
+from rille.cad.checks.body_shape import body_shapes
 from rille.cad.checks.finding import CODES, Finding, Severity
+from rille.cad.checks.interference import InterferenceReport, find_interference
 from rille.cad.checks.joints import check_couplings, check_drives, check_joints, check_loops, check_wheels
+from rille.cad.checks.linkage import Linkage, Mobility
 from rille.cad.checks.mass import check_budget, check_masses
 from rille.cad.checks.ranges import check_ranges, describe
 from rille.cad.checks.structure import check_contact, check_references, check_tree
 from rille.cad.checks.twins import check_twins
-from rille.cad.interference import InterferenceReport, find_interference
-from rille.cad.linkage import Linkage, Mobility
 from rille.model import Rover
 
 __all__ = ["CODES", "CheckReport", "Finding", "Severity", "check", "describe", "examine"]
@@ -45,7 +45,7 @@ def check(
     Parameters
     ----------
     mass_budget : total mass that is wanted [kg]; None: not checked. mass_tolerance : relative.
-    samples : combinations of all joints to look for interference in (:func:`rille.cad.interference.find_interference`);
+    samples : combinations of all joints to look for interference in (:func:`rille.cad.checks.interference.find_interference`);
     negative: interference is not looked for.
     seed, time_limit [s], progress : of that search.
     """

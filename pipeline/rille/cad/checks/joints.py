@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.body_shape import BodyShape
+from rille.cad.checks.body_shape import BodyShape
 from rille.cad.checks.finding import Finding, Severity
-from rille.cad.linkage import FREEDOM, Linkage
+from rille.cad.checks.linkage import FREEDOM, Linkage
 from rille.model import Joint, Rover, Wheel
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.body_shape import BodyShape
+from rille.cad.checks.body_shape import BodyShape
 from rille.cad.checks.finding import Finding
 from rille.model import Body, Rover
 

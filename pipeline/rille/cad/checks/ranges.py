@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from rille.cad.checks.finding import Finding
-from rille.cad.interference import Interference, InterferenceReport
+from rille.cad.checks.interference import Interference, InterferenceReport
 from rille.model import Rover
 
 RESTING = 0.01

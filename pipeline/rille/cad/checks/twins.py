@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.body_shape import BodyShape, Surface
+from rille.cad.checks.body_shape import BodyShape, Surface
 from rille.cad.checks.finding import Finding, Severity
 from rille.model import Body, Joint, Rover, Wheel
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.exchange.writing import FileNames, Names, writable
-from rille.cad.rotation import pose_matrix
 from rille.model import CollisionShape, InputRefused, Part, Rover
+from rille.model.rotation import pose_matrix
 
 Array = NDArray[np.float64]
 Triangles = NDArray[np.int32]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.exchange.meshes import FOLDER, write_hulls, write_part_meshes
-from rille.cad.rotation import matrix_of
 from rille.model import Body, CollisionShape, Drive, InputRefused, Joint, PartInstance, Pose, Rover, nearest_names
 from rille.model.kinematics import find_joint, movable_joints, parents_first, position_sign
+from rille.model.rotation import matrix_of
 
 Array = NDArray[np.float64]
 Note = Callable[[str], None]

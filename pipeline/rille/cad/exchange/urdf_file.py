@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from rille.cad.exchange.writing import UNBOUNDED
 from rille.cad.exchange.xml_in import Node, read_xml
-from rille.cad.rotation import from_rpy
 from rille.model import InputRefused, nearest_names
+from rille.model.rotation import from_rpy
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]

@@ -13,7 +13,6 @@ from rille.cad.exchange.urdf_file import Geometry, Inertial, Shape, UrdfFile, Ur
 from rille.cad.exchange.writing import UNBOUNDED, Names
 from rille.cad.geometry import compose
 from rille.cad.masses import MASSLESS, check_inertia
-from rille.cad.rotation import pose_of
 from rille.model import (
     Body,
     CollisionShape,
@@ -29,6 +28,7 @@ from rille.model import (
     PartInstance,
     Rover,
 )
+from rille.model.rotation import pose_of
 
 Array = NDArray[np.float64]
 Note = Callable[[str], None]

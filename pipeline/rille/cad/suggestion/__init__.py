@@ -1,0 +1,1 @@
+"""What geometry can tell: features, contacts, bodies, joints, wheels; drafts of sheets."""
