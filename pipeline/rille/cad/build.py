@@ -70,6 +70,8 @@ def build(
         return _from_urdf(RoverSheet(urdf=source.name), source.parent, (source,), say, tell)
     if source.suffix.lower() == ".py":
         return _from_script(source, say, tell, find_part)
+    if source.suffix.lower() in (".step", ".stp") and source.is_file():
+        raise InputRefused(f"'{source}' is a STEP file, which does not say what moves; draft a sheet with `rille cad new {source}`")
     page = read_sheet(source, RoverSheet)
     if not page.accepted:
         raise InputRefused(f"'{source}' holds suggestions that nobody has accepted; read it, correct it, and set `accepted = true`")

@@ -9,7 +9,7 @@ import typer
 
 from rille.cli.talk import Json, print_json, progress, say
 
-File = Annotated[Path, typer.Argument(help="STEP file, or CadQuery script (.py).")]
+File = Annotated[Path, typer.Argument(help="STEP file, or CadQuery script (.py); `new` takes a URDF, too.")]
 Picture = Annotated[Path | None, typer.Option("--picture", help="Also draw a picture (PNG).")]
 Update = Callable[[str, float], None]
 
@@ -44,6 +44,7 @@ def new(
     """Draft a sheet from the geometry of a CAD file: bodies, joints and wheels, each with its evidence and a confidence.
 
     Nothing is used in silence: `rille cad build` refuses the sheet until a person has read it and set `accepted = true`.
+    A URDF has its bodies and joints already; for it, the sheet adds wheels.
 
     Example: rille cad new rover.step -o rover.toml --picture rover.png
     """
@@ -57,6 +58,9 @@ def new(
         raise InputRefused(f"the sheet '{sheet}' exists; give another name with -o, or --force to write over it")
     if not sheet.parent.is_dir():
         raise InputRefused(f"there is no folder '{sheet.parent}' for the sheet; make it first")
+    if file.suffix.lower() == ".urdf":
+        _new_for_urdf(file, sheet, as_json)
+        return
     with progress(f"drafting {sheet.name}") as update:
         assembly = cad.load_assembly(file, progress=lambda what, f: update(what, 0.3 * f))
         found = suggest(assembly, lambda what, f: update(what, 0.3 + 0.5 * f))
@@ -71,6 +75,22 @@ def new(
         say(f"note: {sentence}")
     say(f"{sheet}: read it, edit it, set `accepted = true`, then: rille cad build {sheet}")
     _tell_picture(picture, notes)
+
+
+def _new_for_urdf(file: Path, sheet: Path, as_json: bool) -> None:
+    from dataclasses import asdict
+
+    from rille.cad.exchange import read_urdf
+    from rille.cad.suggestion.urdf_draft import draft_urdf_sheet, guess_wheels
+
+    rover = read_urdf(file, note=say)
+    wheels = guess_wheels(rover)
+    sheet.write_text(draft_urdf_sheet(rover, wheels, os.path.relpath(file.resolve(), sheet.parent.resolve())), encoding="utf-8")
+    if as_json:
+        print_json({"sheet": str(sheet), "bodies": len(rover.bodies), "wheels": [asdict(wheel) for wheel in wheels]})
+    for wheel in wheels if not as_json else ():
+        print(f"wheel on {wheel.joint}: radius {1e3 * wheel.radius:.2f} mm, width {1e3 * wheel.width:.2f} mm ({wheel.evidence})")
+    say(f"{sheet}: read it, edit it, set `accepted = true`, then: rille cad build {sheet}")
 
 
 def _print_found(found: Any) -> None:
