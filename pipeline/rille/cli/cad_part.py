@@ -97,13 +97,15 @@ def use(
     """
     from rille import store
     from rille.model import InputRefused
+    from rille.model.sheet import toml_string
 
     if not sheet.is_file():
         raise InputRefused(f"there is no sheet '{sheet}'; `rille cad new FILE.step` writes one")
     found, _ = store.find_part(library, part)
-    lines = ["", "[[place]]", f"name = {_text(name or f'{body}/{found.name}')}", f"part = {_text(found.name)}", f"body = {_text(body)}"]
+    named = {"name": name or f"{body}/{found.name}", "part": found.name, "body": body}
+    lines = ["", "[[place]]", *(f"{key} = {toml_string(value)}" for key, value in named.items())]
     if library is not None:
-        lines.append(f"database = {_text(str(library.resolve()))}")
+        lines.append(f"database = {toml_string(str(library.resolve()))}")
     lines += [f"position = {_three(at, 'length', '--at')}", f"rpy = {_three(rpy, 'angle', '--rpy')}"]
     lines.append(f"# {found.properties.mass:.6g} kg ({found.properties.mass_provenance}), digest {found.brep_hash[:12] or 'none'}")
     with sheet.open("a", encoding="utf-8") as file:
@@ -114,19 +116,15 @@ def use(
     say(f"{sheet}: [[place]] of '{found.name}' added; `rille cad build {sheet}` uses it")
 
 
-def _text(value: str) -> str:
-    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
-
-
 def _three(text: str, kind: str, option: str) -> str:
     """Three quantities as a TOML array, checked."""
     from rille.model import InputRefused
     from rille.model.quantity import to_si
+    from rille.model.sheet import toml_string
 
     values = [v.strip() for v in re.split(r"[,;]", text)]
     if len(values) != 3:
         raise InputRefused(f"{option} is '{text}', {len(values)} values; give three, separated by commas")
     for value in values:
         to_si(value, kind, option)
-    return "[" + ", ".join(_text(v) for v in values) + "]"
+    return "[" + ", ".join(toml_string(v) for v in values) + "]"

@@ -1,6 +1,7 @@
 """Reading TOML sheets: unknown keys, missing keys and wrong types become sentences that name the place."""
 
 import hashlib
+import json
 import os
 import re
 import tomllib
@@ -83,6 +84,11 @@ def _models_in(annotation: object) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [m for argument in getattr(annotation, "__args__", ()) for m in _models_in(argument)]
+
+
+def toml_string(text: str) -> str:
+    """A basic TOML string: JSON's escapes are TOML's; DEL must be escaped, too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def expand(text: str, base: Path) -> Path:

@@ -5,7 +5,6 @@ out. ``accepted = false`` keeps the sheet from being built before a person has r
 """
 
 import glob
-import json
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
@@ -19,6 +18,7 @@ from rille.cad.materials import library
 from rille.cad.suggestion.inspect import plausible_density
 from rille.cad.suggestion.values import SuggestedBody, SuggestedJoint, SuggestedWheel, Suggestions
 from rille.model.quantity import to_si
+from rille.model.sheet import toml_string
 
 DEFAULT_MATERIAL = "aluminium"  # of rille's library; only a beginning, so the sheet says that it is guessed
 _UPS = {"z": (0, 0, 1), "y": (0, 1, 0), "x": (1, 0, 0), "-z": (0, 0, -1), "-y": (0, -1, 0), "-x": (-1, 0, 0)}
@@ -42,7 +42,7 @@ def draft_sheet(assembly: Assembly, suggestions: Suggestions, step_path: str) ->
         *_comment(f"Drafted by `rille cad new` from {step_path}: what geometry can tell. Read it, edit it, then say so:"),
         "accepted = false  # set to true when you have read the suggestions below; `rille cad build` refuses until then",
         "",
-        f"step = {_quoted(step_path)}",
+        f"step = {toml_string(step_path)}",
         *_up_lines(assembly, suggestions.wheels),
         'tolerance = "0.5 mm"  # of the visual meshes',
         *_default_material(assembly),
@@ -130,7 +130,7 @@ def _wrong_densities(assembly: Assembly) -> list[str]:
     for prototype in wrong:
         assert prototype.material is not None
         note = f"file: {_printable(prototype.material.name)}, {prototype.material.density:.4g} kg/m^3"
-        lines += ["[[part]]", f"match = {_quoted(_escaped(prototype.name))}", f'material = "{DEFAULT_MATERIAL}"  # {note}']
+        lines += ["[[part]]", f"match = {toml_string(_escaped(prototype.name))}", f'material = "{DEFAULT_MATERIAL}"  # {note}']
     return lines
 
 
@@ -182,7 +182,7 @@ def _part_lines(assembly: Assembly, bodies: Sequence[SuggestedBody]) -> list[str
         material = material if material is not None and plausible_density(material.density) else None
         weight = (material.density if material is not None else density) * prototype.volume.volume
         source = f"{material.name} of the file" if material is not None else f"{DEFAULT_MATERIAL} (guessed)"
-        lines += ["#", "# [[part]]", f"# match = {_quoted(_escaped(prototype.name))}"]
+        lines += ["#", "# [[part]]", f"# match = {toml_string(_escaped(prototype.name))}"]
         lines += _comment(f"x{counts[k]}, {prototype.volume.volume * 1e6:.4g} cm^3; {_gram(weight)} as {source}", indent="  ")
         lines += [f'# mass = "{_gram(weight)}"', f'# material = "{DEFAULT_MATERIAL}"']
     return lines
@@ -194,7 +194,7 @@ def _gram(mass: float) -> str:
 
 def _body_lines(body: SuggestedBody, paths: Sequence[str]) -> list[str]:
     lines = [line for note in body.notes for line in _comment("ASSUMED: " + note)]
-    return [*lines, "[[body]]", f"name = {_quoted(body.name)}", f"parts = {_list(shortest_patterns(body.instances, paths))}"]
+    return [*lines, "[[body]]", f"name = {toml_string(body.name)}", f"parts = {_list(shortest_patterns(body.instances, paths))}"]
 
 
 def _joints_section(suggestions: Suggestions) -> list[str]:
@@ -220,10 +220,10 @@ def _joint_lines(joint: SuggestedJoint) -> list[str]:
 def _joint_keys(joint: SuggestedJoint) -> list[str]:
     return [
         "[[joint]]",
-        f"name = {_quoted(joint.name)}",
+        f"name = {toml_string(joint.name)}",
         f'kind = "{joint.kind}"',
-        f"parent = {_quoted(joint.parent)}",
-        f"child = {_quoted(joint.child)}",
+        f"parent = {toml_string(joint.parent)}",
+        f"child = {toml_string(joint.child)}",
         f"point = {_millimetres(joint.point)}",
         f"axis = {_numbers(joint.axis)}",
     ]
@@ -240,7 +240,12 @@ def _findings(title: str, joint: SuggestedJoint) -> list[str]:
 
 def _loop_lines(joint: SuggestedJoint) -> list[str]:
     lines = _findings(f"SUGGESTED (confidence {joint.confidence:.2f})", joint)
-    keys = ["[[loop]]", f"name = {_quoted(joint.name)}", f"body_a = {_quoted(joint.parent)}", f"body_b = {_quoted(joint.child)}"]
+    keys = [
+        "[[loop]]",
+        f"name = {toml_string(joint.name)}",
+        f"body_a = {toml_string(joint.parent)}",
+        f"body_b = {toml_string(joint.child)}",
+    ]
     return [*lines, *("# " + line for line in [*keys, f"point = {_millimetres(joint.point)}"])]
 
 
@@ -250,10 +255,10 @@ def _weak_lines(joint: SuggestedJoint, body: SuggestedBody, paths: Sequence[str]
     child = f"{child}_moving" if child == body.name else child
     rest = [i for i in body.instances if i not in joint.moving]
     if joint.moving and rest:
-        lines += [f"# body {_quoted(body.name)} would keep: parts = {_list(shortest_patterns(rest, paths))}"]
-        lines += ["# [[body]]", f"# name = {_quoted(child)}", f"# parts = {_list(shortest_patterns(joint.moving, paths))}"]
+        lines += [f"# body {toml_string(body.name)} would keep: parts = {_list(shortest_patterns(rest, paths))}"]
+        lines += ["# [[body]]", f"# name = {toml_string(child)}", f"# parts = {_list(shortest_patterns(joint.moving, paths))}"]
     for line in _joint_keys(joint):
-        lines.append("# " + (f"child = {_quoted(child)}" if line.startswith("child = ") else line))
+        lines.append("# " + (f"child = {toml_string(child)}" if line.startswith("child = ") else line))
     return lines
 
 
@@ -265,7 +270,7 @@ def _wheel_section(suggestions: Suggestions) -> list[str]:
         lines += ["", *_comment(f"SUGGESTED (confidence {wheel.confidence:.2f}): " + "; ".join(wheel.evidence))]
         lines += [
             "[[wheel]]",
-            f"joint = {_quoted(wheel.joint)}",
+            f"joint = {toml_string(wheel.joint)}",
             f'radius = "{_measured(wheel.radius)}"',
             f'width = "{_measured(wheel.width)}"',
         ]
@@ -284,7 +289,7 @@ def _drive_examples(suggestions: Suggestions) -> list[str]:
         ([j for j in suggestions.accepted if j.name not in wheels and j.kind == "hinge"], "position", "30 N m", "20 deg/s"),
     ):
         if joints:
-            lines += ["#", "# [[drive]]", f"# joint = {_quoted(joints[0].name)}", f'# mode = "{mode}"']
+            lines += ["#", "# [[drive]]", f"# joint = {toml_string(joints[0].name)}", f'# mode = "{mode}"']
             lines += [f'# max_torque = "{torque}"', f'# max_speed = "{speed}"']
     return lines
 
@@ -310,13 +315,8 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
-def _quoted(text: str) -> str:
-    """A basic TOML string: JSON's escapes are TOML's; DEL must be escaped, too."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
 def _list(values: Sequence[str]) -> str:
-    return "[" + ", ".join(_quoted(v) for v in values) + "]"
+    return "[" + ", ".join(toml_string(v) for v in values) + "]"
 
 
 def _millimetres(point: NDArray[np.float64]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from rille.cad.collision.symmetry import rotational_symmetry_of_mesh
 from rille.model import Joint, Rover
 from rille.model.rotation import matrix_of
+from rille.model.sheet import toml_string
 
 PARALLEL = np.cos(np.radians(1.0))
 """A wheel's axis is its hinge's within 1 degree ..."""
@@ -44,17 +45,17 @@ def draft_urdf_sheet(rover: Rover, wheels: list[WheelGuess], urdf: str) -> str:
     lines = [
         f"# Drafted by `rille cad new` from {urdf}: bodies, joints and masses are those of the URDF; this sheet adds to it.",
         "accepted = false  # set to true when you have read the suggestions below; `rille cad build` refuses until then",
-        f"urdf = {_text(urdf)}",
+        f"urdf = {toml_string(urdf)}",
         f"# {len(rover.bodies)} bodies, {len(rover.joints)} joints: {', '.join(joint.name for joint in rover.joints) or 'none'}",
     ]
     for wheel in wheels:
-        lines += ["", f"[[wheel]]  # SUGGESTED: {wheel.evidence}", f"joint = {_text(wheel.joint)}"]
+        lines += ["", f"[[wheel]]  # SUGGESTED: {wheel.evidence}", f"joint = {toml_string(wheel.joint)}"]
         lines += [f'radius = "{1e3 * wheel.radius:.6g} mm"', f'width = "{1e3 * wheel.width:.6g} mm"']
         if wheel.grousers is not None:
             count, height, thickness = wheel.grousers
             lines.append(f'grousers = {{ count = {count}, height = "{1e3 * height:.4g} mm", thickness = "{1e3 * thickness:.4g} mm" }}')
         if wheel.joint not in driven:
-            lines += ["", "# [[drive]]", f"# joint = {_text(wheel.joint)}", '# mode = "speed"', '# max_torque = "10 N m"']
+            lines += ["", "# [[drive]]", f"# joint = {toml_string(wheel.joint)}", '# mode = "speed"', '# max_torque = "10 N m"']
     if not wheels:
         lines += ["", "# no hinge without limits carries a round body, so no wheel is suggested"]
     lines += [
@@ -88,8 +89,3 @@ def _round_bodies(rover: Rover, joint: Joint) -> Iterator[WheelGuess]:
             lugs = (found.grouser_count, found.grouser_height, found.grouser_thickness) if found.grouser_count else None
             evidence = f"mesh '{instance.path}' is round about the hinge"
             yield WheelGuess(joint=joint.name, radius=found.rim_radius, width=found.width, grousers=lugs, evidence=evidence)
-
-
-def _text(value: str) -> str:
-    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
