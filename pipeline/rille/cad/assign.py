@@ -43,6 +43,7 @@ class _Collector:
 
     def __init__(self) -> None:
         self.placed: list[Placed] = []
+        self.paths: set[str] = set()
         self.names: dict[str, int] = {}
         self.bodies: dict[str, str] = {}
         """Body of the paths whose own table says it."""
@@ -54,8 +55,9 @@ class _Collector:
         return wanted if self.names[wanted] == 1 else f"{wanted}#{self.names[wanted]}"
 
     def add(self, placed: Placed, subject: str) -> None:
-        if any(p.path == placed.path for p in self.placed):
+        if placed.path in self.paths:
             raise InputRefused(f"{subject} puts an instance at '{placed.path}', where there is one already; give it another name")
+        self.paths.add(placed.path)
         self.placed.append(placed)
 
     def add_assembly(

@@ -106,14 +106,16 @@ def _from_urdf(page: RoverSheet, folder: Path, sources: tuple[Path, ...], say: S
     materials = Materials(page.material, folder)
     frames = Frames(page, Inventory(instances=(), owner=()))
     drives, lines = make_drives(page, joints)
-    unique([*(d.name for d in drives), *(d.name for d in rover.drives if d.joint not in {mine.joint for mine in drives})], "drive")
+    mine = {drive.joint for drive in drives}
+    drives = (*(drive for drive in rover.drives if drive.joint not in mine), *drives)
+    unique([drive.name for drive in drives], "drive")
     wheels = make_wheels(page, joints, frames, materials)
     wheeled = {joints[w.joint].child for w in wheels}
     return replace(
         rover,
         materials=(*rover.materials, *_new(_stated(page, materials), rover.materials)),
         collision_shapes=(*(s for s in rover.collision_shapes if s.body not in wheeled), *_rims(wheels, joints)),
-        drives=(*(d for d in rover.drives if d.joint not in {mine.joint for mine in drives}), *drives),
+        drives=drives,
         differentials=make_differentials(page, bodies, joints),
         gears=(*rover.gears, *make_gears(page, joints)),
         loop_closures=make_loops(page, bodies, frames),

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rille.model import Mesh, Rover
 from rille.model.kinematics import forward_kinematics
-from rille.model.rotation import matrix_of
 from rille.view.drawing import Camera, Drawing, Item, draw
+from rille.view.pose import placed_meshes
 
 Array = NDArray[np.float64]
 
@@ -79,21 +79,15 @@ def draw_worst_pose(
 
 def _items(rover: Rover, positions: Mapping[str, float], body_a: str, body_b: str) -> list[Item]:
     """Meshes of all bodies in the pose; p_pose = X_MB (p_zero - frame)."""
-    parts = {part.name: part for part in rover.parts}
     frames = {body.name: np.array(body.frame) for body in rover.bodies}
     poses = forward_kinematics(rover, positions)
     looks = {body_a: (FIRST, 0.38), body_b: (SECOND, 0.38)}
     items = []
-    for instance in rover.instances:
-        if instance.body is None:
-            continue
-        pose = poses[instance.body]
-        color, opacity = looks.get(instance.body, (REST, 0.13))
-        for mesh in parts[instance.part].meshes:
-            if mesh.purpose == "visual":
-                placed = mesh.vertices.astype(float) @ matrix_of(instance.pose.rotation).T + np.array(instance.pose.position)
-                vertices = (placed - frames[instance.body]) @ pose[:3, :3].T + pose[:3, 3]
-                items.append(Item(vertices=vertices, triangles=mesh.triangles, color=color, opacity=opacity))
+    for body, mesh, placed in placed_meshes(rover):
+        pose = poses[body]
+        color, opacity = looks.get(body, (REST, 0.13))
+        vertices = (placed - frames[body]) @ pose[:3, :3].T + pose[:3, 3]
+        items.append(Item(vertices=vertices, triangles=mesh.triangles, color=color, opacity=opacity))
     return items
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import CollisionShape, InputRefused, Rover
-from rille.model.rotation import matrix_of
 from rille.view.drawing import Camera, Drawing, Item, draw
-from rille.view.obstacles import hull_points
+from rille.view.obstacles import facet_item, facets, hull_points
+from rille.view.pose import placed_meshes
 
 Array = NDArray[np.float64]
 
@@ -77,34 +77,21 @@ def _title(shapes: list[CollisionShape], body: str | None, ratios: Mapping[str, 
 
 def _visual_items(rover: Rover, body: str | None) -> list[Item]:
     """Visual meshes of the bodies in M at the zero pose."""
-    parts = {part.name: part for part in rover.parts}
-    items = []
-    for instance in rover.instances:
-        if instance.body is None or body not in (None, instance.body):
-            continue
-        for mesh in parts[instance.part].meshes:
-            if mesh.purpose == "visual":
-                placed = mesh.vertices.astype(float) @ matrix_of(instance.pose.rotation).T + np.array(instance.pose.position)
-                items.append(Item(vertices=placed, triangles=mesh.triangles, color=VISUAL))
-    return items
+    return [
+        Item(vertices=vertices, triangles=mesh.triangles, color=VISUAL)
+        for name, mesh, vertices in placed_meshes(rover)
+        if body in (None, name)
+    ]
 
 
 def _piece_item(shape: CollisionShape, number: int, *, opacity: float = 1.0, grown: float = 1.0) -> Item:
     """One piece, faceted, in a colour of its own: hues a golden angle apart. grown : about its middle."""
     from matplotlib.colors import hsv_to_rgb, to_hex
-    from scipy.spatial import ConvexHull
 
-    points = hull_points(shape)  # type: ignore[arg-type]  # it has the fields of an obstacle
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    flip = (outward * hull.equations[:, :3]).sum(axis=1) < 0
-    corners[flip] = corners[flip][:, ::-1]
+    corners = facets(shape)
     red, green, blue = hsv_to_rgb((number * 0.381966 % 1.0, 0.55, 0.93))
-    middle = points.mean(axis=0)
-    corners = middle + grown * (corners - middle)
-    triangles = np.arange(3 * len(corners)).reshape(-1, 3)
-    return Item(vertices=corners.reshape(-1, 3), triangles=triangles, color=to_hex((red, green, blue)), opacity=opacity)
+    middle = hull_points(shape).mean(axis=0)
+    return facet_item(middle + grown * (corners - middle), to_hex((red, green, blue)), opacity)
 
 
 def _camera(items: list[Item]) -> tuple[Camera, tuple[float, float, float]]:

@@ -1,9 +1,9 @@
-"""Obstacles as meshes."""
+"""Convex solids as meshes: obstacles, collision shapes."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import Obstacle, Terrain
+from rille.model import CollisionShape, Obstacle, Terrain
 from rille.model.rotation import matrix_of
 from rille.view.drawing import Item
 
@@ -12,8 +12,8 @@ Array = NDArray[np.float64]
 ROCK_GRAY = "#6f6a64"
 
 
-def hull_points(obstacle: Obstacle) -> Array:
-    """Points (n, 3) [m] in W whose convex hull is the obstacle; round shapes in 24 segments."""
+def hull_points(obstacle: Obstacle | CollisionShape) -> Array:
+    """Points (n, 3) [m], in the frame it is posed in, whose convex hull is the solid; round shapes in 24 segments."""
     if obstacle.kind == "hull":
         assert obstacle.vertices is not None
         points = obstacle.vertices
@@ -32,18 +32,24 @@ def hull_points(obstacle: Obstacle) -> Array:
     return points @ matrix_of(np.array(obstacle.pose.rotation)).T + np.array(obstacle.pose.position)
 
 
-def obstacle_items(terrain: Terrain) -> list[Item]:
-    """All obstacles of a terrain, faceted: every triangle has its own corners, so that edges stay edges."""
+def facets(solid: Obstacle | CollisionShape) -> Array:
+    """Triangles (m, 3, 3) [m] of a convex solid, counter-clockwise from outside; each has its own corners, so that edges stay edges."""
     from scipy.spatial import ConvexHull
 
-    items = []
-    for obstacle in terrain.obstacles:
-        points = hull_points(obstacle)
-        hull = ConvexHull(points)
-        corners = points[hull.simplices]  # (m, 3, 3)
-        outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        flip = (outward * hull.equations[:, :3]).sum(axis=1) < 0
-        corners[flip] = corners[flip][:, ::-1]
-        triangles = np.arange(3 * len(corners)).reshape(-1, 3)
-        items.append(Item(vertices=corners.reshape(-1, 3), triangles=triangles, color=ROCK_GRAY))
-    return items
+    points = hull_points(solid)
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flip = (outward * hull.equations[:, :3]).sum(axis=1) < 0
+    corners[flip] = corners[flip][:, ::-1]
+    return corners
+
+
+def facet_item(corners: Array, color: str, opacity: float = 1.0) -> Item:
+    """Facets (m, 3, 3) as a mesh."""
+    return Item(vertices=corners.reshape(-1, 3), triangles=np.arange(3 * len(corners)).reshape(-1, 3), color=color, opacity=opacity)
+
+
+def obstacle_items(terrain: Terrain) -> list[Item]:
+    """All obstacles of a terrain."""
+    return [facet_item(facets(obstacle), ROCK_GRAY) for obstacle in terrain.obstacles]
