@@ -9,7 +9,7 @@
 -- Values of provenance: stated (written by a person), measured, geometry (computed from B-rep), cad_material, default.
 
 PRAGMA application_id = 1380535372;  -- "RILL"
-PRAGMA user_version = 3;
+PRAGMA user_version = 4;
 
 -- ---------------------------------------------------------------- where values come from
 
@@ -281,20 +281,23 @@ CREATE TABLE terrain (
   map_x REAL NOT NULL DEFAULT 0,                                    -- [m] map easting of the origin of W
   map_y REAL NOT NULL DEFAULT 0,                                    -- [m] map northing of the origin of W
   map_z REAL NOT NULL DEFAULT 0,                                    -- [m] map height of z = 0 in W
+  map_heading REAL NOT NULL DEFAULT 0,                              -- [rad] turn of W's x against map east, from east towards north
   source TEXT NOT NULL DEFAULT ''                                   -- [-] where the heights come from
 ) STRICT;
 
 CREATE TABLE terrain_tile (
   terrain_id INTEGER NOT NULL REFERENCES terrain(id) ON DELETE CASCADE,  -- [-] terrain
-  layer TEXT NOT NULL CHECK (layer IN ('height')),                  -- [-] height: surface in W; ruts belong to runs (rut_tile)
-  row0 INTEGER NOT NULL CHECK (row0 >= 0),                          -- [-] first row of the tile, counted from the north
-  col0 INTEGER NOT NULL CHECK (col0 >= 0),                          -- [-] first column of the tile, counted from the west
+  layer TEXT NOT NULL CHECK (layer IN ('height', 'soil', 'filled')),  -- [-] height: surface in W; soil: soil.id, absent = terrain.soil_id; filled: 1 where the base had no height, absent = 0
+  level INTEGER NOT NULL DEFAULT 0 CHECK (level BETWEEN 0 AND 30),  -- [-] level of detail: 0 = everything, k = every 2^k-th value of rows and columns from 0 on
+  row0 INTEGER NOT NULL CHECK (row0 >= 0),                          -- [-] first row of the tile, counted from the north in rows of its level
+  col0 INTEGER NOT NULL CHECK (col0 >= 0),                          -- [-] first column of the tile, counted from the west in columns of its level
   n_rows INTEGER NOT NULL CHECK (n_rows >= 1),                      -- [-] rows in the tile
   n_cols INTEGER NOT NULL CHECK (n_cols >= 1),                      -- [-] columns in the tile
-  dtype TEXT NOT NULL CHECK (dtype IN ('float32', 'float64')),      -- [-] type of the values, little endian
-  data BLOB NOT NULL,                                               -- [m] values, row by row, row 0 north; NaN = no value
-  PRIMARY KEY (terrain_id, layer, row0, col0),
-  CHECK (length(data) = n_rows * n_cols * CASE dtype WHEN 'float32' THEN 4 ELSE 8 END)
+  dtype TEXT NOT NULL CHECK (dtype IN ('float32', 'float64', 'uint8', 'int32')),  -- [-] type of the values, little endian
+  data BLOB NOT NULL,                                               -- [m or -] values, row by row, row 0 north; heights: NaN = no value
+  PRIMARY KEY (terrain_id, layer, level, row0, col0),
+  CHECK (length(data) = n_rows * n_cols * CASE dtype WHEN 'uint8' THEN 1 WHEN 'float64' THEN 8 ELSE 4 END),
+  CHECK ((layer = 'height') = (dtype IN ('float32', 'float64')))
 ) STRICT;
 
 CREATE TABLE soil_patch (
@@ -330,17 +333,32 @@ CREATE TABLE obstacle (
   CHECK (kind <> 'cylinder' OR size_z IS NOT NULL)
 ) STRICT;
 
-CREATE TABLE landform_instance (
-  id INTEGER PRIMARY KEY,                                           -- [-] key; later ones lie on earlier ones
+CREATE TABLE landform_population (
+  id INTEGER PRIMARY KEY,                                           -- [-] key
   terrain_id INTEGER NOT NULL REFERENCES terrain(id) ON DELETE CASCADE,  -- [-] terrain
-  name TEXT NOT NULL,                                               -- [-] identifier in the scene
+  name TEXT NOT NULL CHECK (length(name) > 0),                      -- [-] identifier in the scene
+  landform TEXT NOT NULL,                                           -- [-] registered name of what it consists of
+  law TEXT NOT NULL DEFAULT '{}' CHECK (json_valid(law)),           -- [SI] JSON object: the law it was drawn from, with its numbers, region and seed
+  digest TEXT NOT NULL DEFAULT '',                                  -- [-] SHA-256 of its members, so that an unchanged one is not written again
+  UNIQUE (terrain_id, name)
+) STRICT;
+
+CREATE TABLE landform_instance (
+  id INTEGER PRIMARY KEY,                                           -- [-] key; of equal age, later ones lie on earlier ones
+  terrain_id INTEGER NOT NULL REFERENCES terrain(id) ON DELETE CASCADE,  -- [-] terrain
+  name TEXT NOT NULL,                                               -- [-] identifier in the scene; members of a population have its name
   landform TEXT NOT NULL,                                           -- [-] registered name
   x REAL NOT NULL,                                                  -- [m] origin of the landform's frame in W
   y REAL NOT NULL,                                                  -- [m] origin of the landform's frame in W
   heading REAL NOT NULL DEFAULT 0,                                  -- [rad] turn about z from x towards y
-  drivers TEXT NOT NULL CHECK (json_valid(drivers)),                -- [SI] JSON object: driver -> value
-  UNIQUE (terrain_id, name)
+  scale REAL NOT NULL DEFAULT 1 CHECK (scale > 0),                  -- [-] enlargement in all directions
+  soil_id INTEGER REFERENCES soil(id),                              -- [-] soil of its surface; absent = that of the ground
+  age REAL,                                                         -- [-] order in time: the older lie below the younger; absent = youngest
+  population_id INTEGER REFERENCES landform_population(id) ON DELETE CASCADE,  -- [-] population that it belongs to; absent = placed by itself
+  drivers TEXT NOT NULL CHECK (json_valid(drivers))                 -- [SI] JSON object: driver -> value
 ) STRICT;
+
+CREATE UNIQUE INDEX placed_landform ON landform_instance (terrain_id, name) WHERE population_id IS NULL;
 
 -- ---------------------------------------------------------------- effects: physics beyond the base model
 

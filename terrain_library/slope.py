@@ -2,21 +2,15 @@
 
 import numpy as np
 
-from rille.terrain.landform import Driver, Landform
-
-
-def _smooth(u):
-    """3 u^2 - 2 u^3 on [0, 1], constant outside."""
-    u = np.clip(u, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u)
+from rille.terrain.landform import Driver, Landform, smooth_step
 
 
 def profile(x, y, drivers):
     """Rises along +x at ``angle`` over ``length``, then falls back over the shoulder; blends to the sides over the shoulder, too."""
     length, width, shoulder = drivers["length"], drivers["width"], drivers["shoulder"]
     ascent = np.tan(drivers["angle"]) * np.clip(x + length / 2, 0.0, length)
-    beyond = _smooth((length / 2 + shoulder - x) / shoulder)
-    aside = _smooth((width / 2 + shoulder - np.abs(y)) / shoulder)
+    beyond = smooth_step((length / 2 + shoulder - x) / shoulder)
+    aside = smooth_step((width / 2 + shoulder - np.abs(y)) / shoulder)
     return ascent * beyond * aside
 
 
@@ -33,11 +27,32 @@ LANDFORM = Landform(
             lower=-0.79,
             upper=0.79,
             reason="loose soil slides beyond its friction angle, at most about 45 deg",
+            source="rille",
         ),
-        Driver(name="length", unit="m", meaning="length of the ramp in plan", lower=0.1, upper=10000.0),
-        Driver(name="width", unit="m", meaning="width of the ramp", lower=0.1, upper=10000.0),
-        Driver(name="shoulder", unit="m", meaning="distance over which it blends out", lower=0.1, upper=1000.0, default=2.0),
+        Driver(
+            name="length",
+            unit="m",
+            meaning="length of the ramp in plan",
+            lower=0.1,
+            upper=10000.0,
+            reason="shorter is a step",
+            source="rille",
+        ),
+        Driver(
+            name="width", unit="m", meaning="width of the ramp", lower=0.1, upper=10000.0, reason="narrower than a wheel", source="rille"
+        ),
+        Driver(
+            name="shoulder",
+            unit="m",
+            meaning="distance over which it blends out",
+            lower=0.1,
+            upper=1000.0,
+            default=2.0,
+            reason="shorter is a step",
+            source="rille",
+        ),
     ),
     profile=profile,
-    footprint=lambda drivers: float(np.hypot(drivers["length"] / 2 + drivers["shoulder"], drivers["width"] / 2 + drivers["shoulder"])),
+    footprint=lambda drivers: (drivers["length"] / 2 + drivers["shoulder"], drivers["width"] / 2 + drivers["shoulder"]),
+    example={"angle": 0.15, "length": 4.0, "width": 3.0},
 )

@@ -12,6 +12,14 @@ from rille.model import Effect, Rover, Scenario, Terrain
 REPOSITORY = Path(__file__).resolve().parent.parent
 
 
+@pytest.fixture(scope="session", autouse=True)
+def no_own_landforms(tmp_path_factory: pytest.TempPathFactory):
+    """Own landforms of whoever runs the tests stay out of them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RILLE_LANDFORMS", str(tmp_path_factory.mktemp("landforms")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def repository() -> Path:
     """Root of the repository."""

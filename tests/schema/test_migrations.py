@@ -5,6 +5,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rille import store
@@ -68,6 +69,47 @@ def test_what_a_version_1_database_holds_is_kept(tmp_path):
         assert connection.execute("SELECT count(*) FROM effect_kind").fetchone()[0] > 40
         assert connection.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
     assert [drive.name for drive in store.read_rover(path).drives] == ["motor"]
+
+
+OLD_GROUND = """
+INSERT INTO soil (id, name, sinkage_exponent, cohesive_modulus, frictional_modulus, cohesion, friction_angle, shear_modulus,
+  lateral_shear_modulus, peak_angle_offset, peak_angle_slip, density, provenance)
+VALUES (7, 'sand', 1, 1400, 820000, 170, 0.6, 0.018, 0.018, 0.4, 0.15, 1500, 'stated');
+INSERT INTO terrain (id, name, soil_id, n_rows, n_cols, posting_x, posting_y, x_west, y_north, crs, map_x, map_y, map_z, source)
+VALUES (4, 'old', 7, 2, 3, 0.5, 0.25, -1, 2, 'EPSG:32633', 10, 20, 30, 'by hand');
+INSERT INTO terrain_tile (terrain_id, layer, row0, col0, n_rows, n_cols, dtype, data)
+VALUES (4, 'height', 0, 0, 2, 3, 'float32', x'0000803f000000400000404000008040000080400000c07f');
+INSERT INTO soil_patch (terrain_id, soil_id, name, polygon) VALUES (4, 7, 'p', '[[0,0],[1,0],[0,1]]');
+INSERT INTO landform_instance (id, terrain_id, name, landform, x, y, heading, drivers)
+VALUES (5, 4, 'first', 'crater', 1, 2, 0.5, '{"diameter": 8.0}'), (6, 4, 'second', 'mound', 3, 4, 0, '{}');
+INSERT INTO scenario (id, name, terrain_id, gravity_z, duration, step, output_interval, placement)
+VALUES (1, 's', 4, -9.8, 2, 0.001, 0.01, 'on_terrain');
+"""
+
+
+def test_what_a_version_3_database_holds_is_kept(tmp_path):
+    """Ground, tiles and landforms, which version 4 makes anew; scenarios and patches still refer to them. The tile is float32, by hand:
+    1 2 3 / 4 4 NaN."""
+    path = tmp_path / "old.db"
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript((Path(__file__).parent / "created_v3.sql").read_text())
+        connection.executescript((Path(store.database.schema_folder()) / "views.sql").read_text())
+        connection.executescript(OLD_GROUND)
+    assert store.migrate(path) == (3, store.schema_version())
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("PRAGMA foreign_key_check").fetchall() == []
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+        assert connection.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
+        assert connection.execute("SELECT layer, level, n_rows, n_cols FROM terrain_tile").fetchall() == [("height", 0, 2, 3)]
+        assert connection.execute("SELECT id, terrain_id FROM scenario").fetchall() == [(1, 4)]
+    ground = store.read_terrain(path, "old")
+    assert ground.heights == pytest.approx(np.array([[1, 2, 3], [4, 4, np.nan]]), nan_ok=True)
+    assert (ground.map_origin, ground.map_heading, ground.crs, ground.source) == ((10, 20, 30), 0.0, "EPSG:32633", "by hand")
+    assert [(f.name, f.x, f.heading, f.scale, f.soil, f.age, f.drivers) for f in ground.landforms] == [
+        ("first", 1.0, 0.5, 1.0, "", None, {"diameter": 8.0}),
+        ("second", 3.0, 0.0, 1.0, "", None, {}),
+    ]
+    assert [p.polygon for p in ground.patches] == [((0, 0), (1, 0), (0, 1))]
 
 
 def test_the_newest_version_is_frozen_too():

@@ -5,7 +5,9 @@ from typing import Annotated
 
 import typer
 
+from rille.cli import terrain_edit, terrain_extract, terrain_library, terrain_preview, terrain_stats
 from rille.cli.talk import Force, Json, print_json, progress, say
+from rille.cli.terrain_facts import facts_of, sentence_of, write_database
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -16,54 +18,49 @@ app = typer.Typer(
 
 @app.command("build")
 def build(
-    scene: Annotated[Path, typer.Argument(help="Scene (TOML): base, landforms, soils.")],
+    scene: Annotated[Path, typer.Argument(help="Scene (TOML): base, landforms, populations, soils.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Database; made if absent, else the terrain of that name is replaced.")
+        list[Path] | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="What to write, once for each: a database (.db; the terrain of that name is replaced), .tif, .asc, .png, .npy, .obj, "
+            ".stl, .glb ... (see `rille terrain extract --help`). All come from one evaluation. Default: the scene's name with .db.",
+        ),
     ] = None,
-    geotiff: Annotated[Path | None, typer.Option(help="Also write the heights as GeoTIFF.")] = None,
+    geotiff: Annotated[Path | None, typer.Option(help="The same as -o FILE.tif.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Evaluate a scene into a database.
+    """Evaluate a scene on its own grid; of one that was evaluated before, only what changed. Ctrl-C loses nothing: start again to go on.
 
-    Example: rille terrain build examples/terrain/composed.toml -o rover.db --geotiff composed.tif
+    Example: rille terrain build examples/terrain/composed.toml -o rover.db -o composed.tif
     """
-    import numpy as np
+    from rille import terrain
+    from rille.terrain import delivery
 
-    from rille import store, terrain
-
-    target = output or scene.with_suffix(".db")
+    targets = [*(output or [scene.with_suffix(".db")]), *([geotiff] if geotiff is not None else [])]
+    databases = [target for target in targets if target.suffix == ".db"]
+    files = delivery.plan([target for target in targets if target.suffix != ".db"])
     with progress(f"building {scene.name}") as update:
-        ground = terrain.build(scene, progress=update)
-    if not target.exists():
-        store.create(target)
-    store.write_terrain(target, ground, replace=force)
-    if geotiff is not None:
-        terrain.write_geotiff(ground, geotiff)
-    n_rows, n_cols = ground.heights.shape
+        ground = terrain.build(scene, progress=update, tell=say)
+        update("writing", 0.0)
+        for database in databases:
+            write_database(ground, database, force, update)
+        written = [*databases, *delivery.deliver(ground, files, update)]
     facts = {
-        "database": str(target),
-        "terrain": ground.name,
-        "rows": n_rows,
-        "columns": n_cols,
-        "posting_m": [ground.posting_x, ground.posting_y],
-        "extent_m": [(n_cols - 1) * ground.posting_x, (n_rows - 1) * ground.posting_y],
-        "heights_m": [float(np.nanmin(ground.heights)), float(np.nanmax(ground.heights))],
-        "landforms": [landform.name for landform in ground.landforms],
-        "soils": [soil.name for soil in ground.soils],
+        "database": str(databases[0]) if databases else None,
         "geotiff": None if geotiff is None else str(geotiff),
+        "files": [str(file) for file in written],
+        **facts_of(ground),
     }
     if as_json:
         print_json(facts)
         return
-    width, height = facts["extent_m"]
-    low, high = facts["heights_m"]
-    say(
-        f"{target}: terrain '{ground.name}', {width:g} m x {height:g} m at {ground.posting_x:g} m, heights {low:.2f} to {high:.2f} m, "
-        f"{len(ground.landforms)} landforms, soils {', '.join(facts['soils'])}"
-    )
-    if geotiff is not None:
-        say(f"wrote {geotiff}")
+    say(f"{databases[0] if databases else scene}: {sentence_of(facts)}")
+    for file in written:
+        if file not in databases:
+            say(f"wrote {file}")
 
 
 @app.command("ruts")
@@ -97,30 +94,36 @@ def ruts(
 
 
 @app.command("list")
-def list_landforms(as_json: Json = False) -> None:
-    """List the registered landforms with their drivers.
+def list_landforms(
+    scene: Annotated[Path | None, typer.Argument(help="Scene; without it, the landforms that are registered.")] = None,
+    library: Annotated[list[Path] | None, typer.Option(help="Folder with own landforms, besides the user's; may be given again.")] = None,
+    document: Annotated[Path | None, typer.Option(help="Write README.md and pictures of the built-in landforms into this folder.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List the registered landforms with their drivers, or what is placed in a scene.
 
-    Example: rille terrain list
+    Example: rille terrain list examples/terrain/composed.toml
     """
+    if document is not None:
+        terrain_library.document(document, as_json)
+    elif scene is not None:
+        terrain_edit.list_placed(scene, as_json)
+    else:
+        terrain_library.list_register(library or [], as_json)
+
+
+app.command("show")(terrain_library.show)
+app.command("register")(terrain_library.register)
+app.command("preview")(terrain_preview.preview)
+app.command("extract")(terrain_extract.extract)
+app.command("stats")(terrain_stats.stats)
+
+
+def _show(scene: Path, picture: Path) -> None:
+    """The map of a scene, after an edit."""
     from rille import terrain
 
-    register = terrain.landforms()
-    if as_json:
-        drivers = ("name", "unit", "meaning", "lower", "upper", "default")
-        print_json(
-            {
-                name: {
-                    "meaning": form.meaning,
-                    "frame": form.frame,
-                    "source": form.source,
-                    "drivers": [{key: getattr(d, key) for key in drivers} for d in form.drivers],
-                }
-                for name, form in register.items()
-            }
-        )
-        return
-    for name, form in register.items():
-        print(f"{name}: {form.meaning} ({form.source})")
-        for driver in form.drivers:
-            default = "must be given" if driver.default is None else f"default {driver.default:g}"
-            print(f"    {driver.name} [{driver.unit}] {driver.meaning}; {driver.lower:g} to {driver.upper:g}, {default}")
+    terrain_preview.quick_picture(terrain.build(scene, tell=say), scene, picture)
+
+
+terrain_edit.attach(app, _show)

@@ -30,7 +30,7 @@ from rille.model.rover import (
     Wheel,
 )
 from rille.model.scenario import Command, InitialJointState, Scenario, Watch
-from rille.model.terrain import LandformInstance, MaterialPair, Obstacle, Soil, SoilPatch, Terrain
+from rille.model.terrain import LandformInstance, MaterialPair, Obstacle, Population, Soil, SoilPatch, Terrain
 from rille.model.trace import BodyTrace, EnergyTrace, Event, JointTrace, Ruts, Trace, WheelTrace
 
 __all__ = [
@@ -64,6 +64,7 @@ __all__ = [
     "Part",
     "PartInstance",
     "PhysicsFailed",
+    "Population",
     "Pose",
     "Provenance",
     "Rover",

@@ -1,6 +1,8 @@
 """Values at the door: strings with units become SI numbers. Inside rille there are only SI and radians."""
 
+import math
 import os
+import re
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +29,18 @@ SI_UNITS = {
     "rate": "Hz",
 }
 
+# Units that nearly every sheet is written in, besides SI itself: factor to SI. With them pint is not even imported, which takes as long
+# as all else.
+USUAL = {
+    ("km", "m"): 1000.0,
+    ("cm", "m"): 0.01,
+    ("mm", "m"): 0.001,
+    ("deg", "rad"): math.pi / 180,
+    ("ms", "s"): 0.001,
+    ("Myr", "s"): 1e6 * 365.25 * 86400,
+}
+NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([a-zA-Z].*?)\s*")
+
 
 @cache
 def _registry() -> "pint.UnitRegistry":
@@ -52,13 +66,13 @@ def to_si(value: object, kind: str, what: str) -> float:
     ------
     InputRefused : if the text is no quantity, its unit has another dimension, or the value is not finite.
     """
-    import math
-
     unit = SI_UNITS.get(kind, kind)
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise InputRefused(f'{what} is {value!r}; give a number in {unit} or a string with a unit such as "1 {unit}"')
     if isinstance(value, int | float):
         number = float(value)
+    elif (usual := NUMBER_AND_UNIT.fullmatch(value)) and (usual[2] == unit or (usual[2], unit) in USUAL):
+        number = float(usual[1]) * USUAL.get((usual[2], unit), 1.0)
     else:
         import pint
 

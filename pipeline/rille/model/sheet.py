@@ -91,6 +91,12 @@ def toml_string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
+def data_folder() -> Path:
+    """Folder of the real data: ``RILLE_DATA``, else ``shared`` beside the repository."""
+    stated = os.environ.get("RILLE_DATA")
+    return Path(stated).resolve() if stated else Path(__file__).resolve().parents[4] / "shared"
+
+
 def expand(text: str, base: Path) -> Path:
     """Path written in a sheet: ``${NAME}`` from the environment, relative to the sheet's folder.
 
@@ -106,7 +112,7 @@ def expand(text: str, base: Path) -> Path:
         if name in os.environ:
             return str(Path(os.environ[name]).resolve())
         if name == "RILLE_DATA":
-            return str(Path(__file__).resolve().parents[4] / "shared")
+            return str(data_folder())
         raise InputRefused(f"the path '{text}' needs the environment variable {name}, which is not set")
 
     path = Path(re.sub(r"\$\{(\w+)\}", value, text))

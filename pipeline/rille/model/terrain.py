@@ -1,7 +1,7 @@
 """Terrain and soil as values. Heights are points: n values bound n-1 cells; row 0 is the northernmost."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,14 +66,38 @@ class SoilPatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LandformInstance:
-    """A registered landform placed at (x, y) [m] in W, turned by ``heading`` [rad]; ``drivers`` in SI by name."""
+    """A registered landform placed at (x, y) [m] in W, turned by ``heading`` [rad] and enlarged ``scale`` times in all directions.
+
+    drivers : in SI by name. soil : of its surface; empty: that of the ground. age : the older lie below the younger; None: youngest.
+    """
 
     name: str
     landform: str
     x: float
     y: float
     heading: float = 0.0
+    scale: float = 1.0
     drivers: dict[str, float] = field(default_factory=dict)
+    soil: str = ""
+    age: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Population:
+    """Many landforms of one kind, drawn from a law. x, y [m] in W, heading [rad]: each (n,); drivers: name -> (n,), SI.
+
+    scale : all of them enlarged so many times.
+    law : what was asked for, in words and numbers, for the record (JSON-able). Those of higher index lie on those of lower.
+    """
+
+    name: str
+    landform: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    heading: NDArray[np.float64]
+    drivers: dict[str, NDArray[np.float64]]
+    scale: float = 1.0
+    law: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +121,9 @@ class Terrain:
 
     heights : [m], float64, shape (n_rows, n_cols), row 0 north; the value of row i, column j stands at
     x = x_west + j posting_x, y = y_north - i posting_y. NaN = no value.
-    map_origin : easting, northing, height [m] of the origin of W in ``crs``.
+    map_origin : easting, northing, height [m] of the origin of W in ``crs``. map_heading : turn of W's x against east [rad], so that
+    (E, N) = map_origin + R(map_heading) (x, y).
+    filled : True where the base had no height and one was interpolated, shape of heights; None: nowhere.
     """
 
     name: str
@@ -111,9 +137,12 @@ class Terrain:
     pairs: tuple[MaterialPair, ...]
     patches: tuple[SoilPatch, ...] = ()
     landforms: tuple[LandformInstance, ...] = ()
+    populations: tuple[Population, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     materials: tuple[Material, ...] = ()
     crs: str = ""
     map_origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    map_heading: float = 0.0
+    filled: NDArray[np.bool_] | None = None
     source: str = ""
     sources: tuple[SourceFile, ...] = ()

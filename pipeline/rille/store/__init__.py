@@ -8,10 +8,11 @@ from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, read_samples, read_trace
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
-from rille.store.terrain import read_soils, read_terrain, write_terrain
+from rille.store.terrain import StoredWindow, read_soils, read_terrain, read_window, update_terrain, write_terrain
 
 __all__ = [
     "RunRow",
+    "StoredWindow",
     "add_effect",
     "add_part",
     "check",
@@ -34,8 +35,10 @@ __all__ = [
     "read_soils",
     "read_terrain",
     "read_trace",
+    "read_window",
     "schema_version",
     "units",
+    "update_terrain",
     "write_bench",
     "write_effects",
     "write_rover",

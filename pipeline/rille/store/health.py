@@ -26,7 +26,7 @@ RULES = (
     ),
     (
         "SELECT name AS subject FROM terrain WHERE (SELECT coalesce(sum(n_rows * n_cols), 0) FROM terrain_tile "
-        "WHERE terrain_id = terrain.id AND layer = 'height') < n_rows * n_cols",
+        "WHERE terrain_id = terrain.id AND layer = 'height' AND level = 0) < n_rows * n_cols",
         "terrain '{subject}' has cells without a tile",
     ),
     (

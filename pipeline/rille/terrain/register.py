@@ -1,17 +1,26 @@
-"""The register: every file in ``terrain_library`` that defines a landform, and the soils beside them."""
+"""The register: built-in landforms (files of ``terrain_library``), own ones (folders), and the soils."""
 
-import importlib.util
+import hashlib
+import importlib
 import math
 import os
+import sys
+import types
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
-from rille.model import InputRefused, Soil
+from rille.model import InputRefused, Soil, nearest_names
 from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, read_sheet
 from rille.terrain.landform import Landform
+from rille.terrain.own.keeping import SHEET, own_files, own_folder
+from rille.terrain.own.reading import read_own
 
 Number = float | int | str
+
+PACKAGE = "rille_terrain_library"  # under which the files of the library are imported; they may import each other relatively
 
 
 def library_folder() -> Path:
@@ -25,21 +34,118 @@ def library_folder() -> Path:
     raise InputRefused(f"the terrain library was not found in {', '.join(str(f) for f in folders)}; set RILLE_TERRAIN_LIBRARY")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Register:
+    """What can be placed. landforms : by name, built-in ones first. files : where each is defined. builtin : names of those of rille.
+
+    broken : own landforms that cannot be used, by name, with the sentence that says why.
+    """
+
+    landforms: dict[str, Landform]
+    files: dict[str, Path]
+    builtin: frozenset[str]
+    broken: dict[str, str] = field(default_factory=dict)
+
+    def find(self, name: str, subject: str) -> Landform:
+        """A landform that ``subject`` names.
+
+        Raises
+        ------
+        InputRefused : if it is broken, with what is wrong in its file, or not there, with the nearest names.
+        """
+        if name in self.landforms:
+            return self.landforms[name]
+        if name in self.broken:
+            raise InputRefused(f"{subject} is a '{name}', which cannot be used: {self.broken[name]}")
+        raise InputRefused(f"{subject} is a '{name}', which is not registered; {nearest_names(name, self.landforms)}")
+
+
+def landforms(folders: Iterable[Path] = ()) -> dict[str, Landform]:
+    """All landforms that can be placed, by name; see :func:`read_register`."""
+    return read_register(folders).landforms
+
+
+def read_register(folders: Iterable[Path] = ()) -> Register:
+    """The built-in landforms, then those of the user's library, then those of further folders, read again where a file changed.
+
+    A landform of a further folder (that a scene brings along) stands before one of the user's of the same name. An own landform that
+    cannot be read, or has the name of a built-in one, is left out and named in ``broken``.
+
+    Raises
+    ------
+    InputRefused : if a folder is missing, or a file of the terrain library itself is wrong.
+    """
+    library = library_folder()
+    found = dict(_builtin(library, _stamp(sorted(library.glob("*.py")))))
+    builtin = frozenset(found)
+    files = {name: library / f"{name}.py" for name in found}
+    broken: dict[str, str] = {}
+    user = own_folder()
+    for folder in [*([user] if user.is_dir() else []), *map(Path, folders)]:
+        if not folder.is_dir():
+            raise InputRefused(f"there is no folder '{folder}' with landforms; correct `library`, or make it")
+        here: set[str] = set()
+        for file in own_files(folder):
+            expected = file.parent.name if file.name == SHEET else file.stem
+            try:
+                landform = _own(file)
+                if landform.name in builtin:
+                    raise InputRefused(f"'{file}': '{landform.name}' is the name of a built-in landform; rename it")
+                if landform.name != expected:
+                    raise InputRefused(f"'{file}': the landform is called '{landform.name}'; name it '{expected}', like its place")
+                if expected in here:
+                    raise InputRefused(f"'{folder}' has two landforms '{expected}'; remove '{expected}.toml' or the folder '{expected}'")
+            except InputRefused as refused:
+                if expected not in builtin:
+                    found.pop(expected, None)
+                broken[expected] = str(refused)
+                continue
+            here.add(expected)
+            found[expected], files[expected] = landform, file
+            broken.pop(expected, None)
+    return Register(landforms=found, files=files, builtin=builtin, broken=broken)
+
+
+Stamp = tuple[tuple[str, int, int], ...]
+
+
+def _stamp(files: Iterable[Path]) -> Stamp:
+    """Changes when one of the files does."""
+    return tuple((str(file), status.st_mtime_ns, status.st_size) for file in files for status in [file.stat()])
+
+
 @cache
-def landforms() -> dict[str, Landform]:
-    """All registered landforms by name. A landform is one file of the library that defines ``LANDFORM``."""
+def _builtin(library: Path, stamp: Stamp) -> dict[str, Landform]:
+    """Landforms of the library; ``stamp`` keeps what is cached fresh."""
+    for name in [name for name in sys.modules if name == PACKAGE or name.startswith(PACKAGE + ".")]:
+        del sys.modules[name]
+    package = types.ModuleType(PACKAGE)
+    package.__path__ = [str(library)]
+    sys.modules[PACKAGE] = package
     found: dict[str, Landform] = {}
-    for file in sorted(library_folder().glob("*.py")):
-        spec = importlib.util.spec_from_file_location(f"rille_terrain_library_{file.stem}", file)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        landform: Landform = module.LANDFORM
+    for file in sorted(library.glob("[!_]*.py")):
+        landform: Landform = importlib.import_module(f"{PACKAGE}.{file.stem}").LANDFORM
         if landform.name != file.stem:
             raise InputRefused(f"the landform in '{file}' is called '{landform.name}'; name it like its file")
-        found[landform.name] = landform
+        found[landform.name] = replace(landform, digest=hashlib.sha256(f"{landform.name} ".encode() + file.read_bytes()).hexdigest())
     return found
+
+
+def _own(file: Path) -> Landform:
+    try:
+        beside = sorted(file.parent.iterdir()) if file.name == SHEET else [file]
+        return _read_own(file, _stamp(path for path in beside if path.is_file()))
+    except OSError as error:
+        raise InputRefused(f"'{file}' cannot be read: {error.strerror}") from None
+
+
+@cache
+def _read_own(file: Path, stamp: Stamp) -> Landform:
+    """``stamp`` keeps what is cached fresh."""
+    digest = hashlib.sha256()
+    for path, _, _ in stamp:
+        digest.update(Path(path).name.encode() + b"\0" + Path(path).read_bytes())
+    return replace(read_own(file), digest=digest.hexdigest())
 
 
 class SoilSheet(Sheet):

@@ -1,6 +1,9 @@
-"""Scene files (TOML) -> Terrain: a base, landforms one after the other, soils."""
+"""Scene files (TOML) -> Terrain: a base, landforms and populations in the order of their age, soils, obstacles."""
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,6 +17,8 @@ from rille.model import (
     LandformInstance,
     Material,
     MaterialPair,
+    Obstacle,
+    Population,
     Soil,
     SoilPatch,
     SourceFile,
@@ -22,52 +27,44 @@ from rille.model import (
 )
 from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, expand, read_sheet, source_of
-from rille.terrain import base as ground
-from rille.terrain.dem import read_dem, relative_to_data
+from rille.terrain.base import BaseSheet, Ground, make_base
+from rille.terrain.composition import Composition, Item, compose
+from rille.terrain.crowd import Crowd
+from rille.terrain.dem import height_at
+from rille.terrain.grid import Grid
+from rille.terrain.landform import Landform
 from rille.terrain.obstacle import ObstacleSheet, place_obstacle
-from rille.terrain.register import SoilSheet, landforms, soils
+from rille.terrain.placed import Placed
+from rille.terrain.population import Frame, PopulationSheet, collision_bodies, draw
+from rille.terrain.register import Register, SoilSheet, read_register, soils
+from rille.terrain.surface import TILE, Kept, Surface, evaluate, kept
 
 Array = NDArray[np.float64]
 Number = float | int | str
 Pair = list[Number]
+Progress = Callable[[str, float], None]
 
-MOST_HEIGHTS = 100_000_000  # a scene is evaluated at once, in memory
 
-
-def pair(default: Pair | None = None):
+def pair():
     """Field of exactly two numbers."""
-    return Field(default, min_length=2, max_length=2) if default is not None else Field(min_length=2, max_length=2)
-
-
-class BaseSheet(Sheet):
-    """[base]: the ground before landforms.
-
-    size, center, posting : extent [m] and middle in W, distance of neighbouring heights.
-    dem : file in a projection in metres; ``origin`` is the map point (east, north) that becomes the origin of W, default the middle.
-    """
-
-    kind: Literal["flat", "plane", "fractal", "dem"]
-    size: Pair | None = Field(None, min_length=2, max_length=2)
-    center: Pair = pair([0.0, 0.0])
-    posting: Number | None = None
-    slope: Number = 0.0
-    direction: Number = 0.0
-    hurst: float = Field(0.8, gt=0, lt=1)
-    median_slope: Number = "2 deg"
-    seed: int = 0
-    file: str | None = None
-    origin: Pair | None = Field(None, min_length=2, max_length=2)
-    fill_holes: bool = False
+    return Field(min_length=2, max_length=2)
 
 
 class LandformSheet(Sheet):
-    """[[landform]]: a registered landform, placed."""
+    """[[landform]]: a registered landform, placed.
+
+    scale : enlarges it in all directions. age : the older lie below the younger, whatever the unit; those without lie on top, in the
+    order of the file. soil : of its surface.
+    """
 
     name: str = Field(min_length=1)
     landform: str
     x: Number
     y: Number
     heading: Number = 0.0
+    scale: float = Field(1.0, gt=0, le=1000)
+    age: Number | None = None
+    soil: str = ""
     drivers: dict[str, Number] = {}
 
 
@@ -99,13 +96,15 @@ class MaterialSheet(Sheet):
 
 
 class SceneSheet(Sheet):
-    """The whole scene."""
+    """The whole scene. library : folders of own landforms, relative to the scene."""
 
     name: str = Field(min_length=1)
     soil: str
     response: Literal["bekker", "bekker_wong", "reece"] = "bekker_wong"
+    library: list[str] = []
     base: BaseSheet
     landform: list[LandformSheet] = []
+    population: list[PopulationSheet] = []
     soil_patch: list[PatchSheet] = []
     soils: list[SoilSheet] = []
     material: list[MaterialSheet] = []
@@ -113,13 +112,52 @@ class SceneSheet(Sheet):
     obstacle: list[ObstacleSheet] = []
 
 
-def build(scene: Path, *, progress: Callable[[str, float], None] | None = None) -> Terrain:
-    """Evaluate a scene.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scene:
+    """A scene that was read and checked, before any height is evaluated."""
+
+    page: SceneSheet
+    file: SourceFile
+    ground: Ground
+    register: dict[str, Landform]
+    soils: dict[str, Soil]
+    instances: tuple[LandformInstance, ...]
+    populations: tuple[Population, ...]
+    patches: tuple[SoilPatch, ...]
+    items: tuple[Item, ...]
+
+
+def build(scene: Path, *, progress: Progress | None = None, tell: Callable[[str], None] | None = None) -> Terrain:
+    """Evaluate a scene; of one that was evaluated before, only what changed.
 
     Parameters
     ----------
     scene : path of the TOML file.
-    progress : called with what is being done and the fraction done.
+    progress : called with what is being done and the fraction done. tell : called with what the user should know.
+
+    Raises
+    ------
+    InputRefused : with one sentence for whatever cannot be used.
+    """
+    with composed(scene, progress=progress) as (read, composition, store, datums):
+        for note in read.ground.notes:
+            (tell or (lambda text: None))(note)
+        heights = evaluate(composition, store, datums, progress)
+        return terrain_of(read, heights)
+
+
+@contextmanager
+def composed(scene: Path, *, progress: Progress | None = None) -> Iterator[tuple[Scene, Composition, Kept, dict]]:
+    """A scene as a composition that can be evaluated anywhere, what is kept of its last evaluation, and its datums."""
+    read = read_scene(scene, progress=progress)
+    with kept(Path(scene)) as store:
+        grid, base = read.ground.grid, read.ground.base
+        composition, datums = compose(grid, base, read.items, read.register, store.datums, store.base(base.digest, grid))
+        yield read, composition, store, datums
+
+
+def read_scene(scene: Path, *, progress: Progress | None = None) -> Scene:
+    """Read a scene and check everything in it that can be checked without evaluating it.
 
     Raises
     ------
@@ -128,42 +166,122 @@ def build(scene: Path, *, progress: Callable[[str, float], None] | None = None) 
     say = progress or (lambda what, fraction: None)
     scene = Path(scene)
     page = read_sheet(scene, SceneSheet)
+    found = read_register(expand(folder, scene.parent) for folder in page.library)
+    register = found.landforms
     known = soils() | {sheet.name: sheet.value() for sheet in page.soils}
+    _soil(page.soil, known, f"scene '{page.name}'")
+    for kind in ("landform", "population", "soil_patch", "obstacle"):
+        _distinct([sheet.name for sheet in getattr(page, kind)], kind.replace("_", " "))
+    instances = [_instance(sheet, found, known) for sheet in page.landform]
     say("making the base", 0.0)
-    terrain = _base(page, scene, known)
-    heights = terrain.heights.copy()
-    placed = []
-    names = [sheet.name for sheet in page.landform]
-    for count, sheet in enumerate(page.landform):
-        say(f"placing {sheet.name}", 0.3 + 0.7 * count / len(page.landform))
-        if names.count(sheet.name) > 1:
-            raise InputRefused(f"the scene has {names.count(sheet.name)} landforms called '{sheet.name}'; give each its own name")
-        instance = _instance(sheet)
-        stamp(heights, terrain, instance)
-        placed.append(instance)
-    say("done", 1.0)
-    patches = tuple(_patch(sheet, known) for sheet in page.soil_patch)
-    used = list(dict.fromkeys([page.soil, *(patch.soil for patch in patches)]))
-    for count, sheet in enumerate(page.obstacle):
-        if any(other.name == sheet.name for other in page.obstacle[:count]):
-            raise InputRefused(f"the scene has two obstacles called '{sheet.name}'; give each its own name")
-    shaped = _with(terrain, heights=heights)
-    return Terrain(
-        **{
-            name: getattr(terrain, name)
-            for name in ("name", "posting_x", "posting_y", "x_west", "y_north", "soil", "crs", "map_origin", "source", "sources")
-        },
-        heights=heights,
-        soils=tuple(known[name] for name in used),
+    ground = make_base(page.base, scene, say)
+    frame = Frame(crs=ground.crs, origin=ground.map_origin[:2])
+    populations = []
+    for count, sheet in enumerate(page.population):
+        say(f"drawing {sheet.name}", count / len(page.population))
+        populations.append(draw(sheet, _extent(ground.grid), register, placed=instances, frame=frame, folder=scene.parent))
+    placed = [Placed(instance=i, landform=register[i.landform]) for i in instances]
+    crowds = [Crowd(population=p, landform=register[p.landform]) for p in populations]
+    aged = [
+        (_age(sheet.age, f"{kind} '{sheet.name}'"), item)
+        for kind, sheets, items in (("population", page.population, crowds), ("landform", page.landform, placed))
+        for sheet, item in zip(sheets, items, strict=True)
+    ]
+    aged.sort(key=lambda pair: -pair[0])
+    return Scene(
+        page=page,
+        file=source_of(scene, "terrain", f"rille {__version__}"),
+        ground=ground,
+        register=register,
+        soils=known,
+        instances=tuple(instances),
+        populations=tuple(populations),
+        patches=(*_bound_patches(placed, known), *(_patch(sheet, known) for sheet in page.soil_patch)),
+        items=tuple(item for _, item in aged),
+    )
+
+
+def terrain_of(scene: Scene, heights: Surface) -> Terrain:
+    """The evaluated scene: heights on its own grid, soils, obstacles standing on them."""
+    page, ground = scene.page, scene.ground
+    used = list(dict.fromkeys([page.soil, *(patch.soil for patch in scene.patches)]))
+    terrain = Terrain(
+        name=page.name,
+        heights=heights,  # type: ignore[arg-type]
+        posting_x=ground.grid.posting_x,
+        posting_y=ground.grid.posting_y,
+        x_west=ground.grid.x_west,
+        y_north=ground.grid.y_north,
+        soil=page.soil,
+        soils=tuple(scene.soils[name] for name in used),
         pairs=(*(MaterialPair(response=page.response, soil=name) for name in used), *(_pair(sheet, used) for sheet in page.pair)),
-        obstacles=tuple(place_obstacle(sheet, shaped) for sheet in page.obstacle),
         materials=tuple(
             Material(name=m.name, density=to_si(m.density, "density", f"density of '{m.name}'"), provenance="stated", source=m.source)
             for m in page.material
         ),
-        patches=patches,
-        landforms=tuple(placed),
+        patches=scene.patches,
+        landforms=scene.instances,
+        populations=scene.populations,
+        crs=ground.crs,
+        map_origin=ground.map_origin,
+        filled=_filled(ground),
+        source=ground.source,
+        sources=tuple(replace(file, subject=f"terrain {page.name}") for file in (scene.file, *ground.sources)),
     )
+    return replace(terrain, obstacles=obstacles(scene, terrain))
+
+
+def _filled(ground: Ground) -> NDArray[np.bool_] | None:
+    if ground.holes is None:
+        return None
+    filled = np.empty(ground.grid.shape, bool)
+    for tile in ground.grid.tiles(TILE):
+        filled[tile.slices] = ground.holes(ground.grid, tile)
+    return filled
+
+
+def obstacles(scene: Scene, terrain: Terrain) -> tuple[Obstacle, ...]:
+    """Obstacles of the scene and collision bodies of its rocks, standing on a terrain; those beside it are left out."""
+    stated = [place_obstacle(sheet, terrain) for sheet in scene.page.obstacle]
+    drawn = [
+        body
+        for sheet, population in zip(scene.page.population, scene.populations, strict=True)
+        for body in collision_bodies(sheet, population, scene.register[population.landform], lambda x, y: height_at(terrain, x, y))
+    ]
+    return (*stated, *drawn)
+
+
+def _distinct(names: list[str], kind: str) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise InputRefused(f"the scene has {count} {kind}s called '{name}'; give each its own name")
+
+
+def _extent(grid: Grid) -> tuple[float, float, float, float]:
+    east = grid.x_west + (grid.n_cols - 1) * grid.posting_x
+    return grid.x_west, grid.y_north - (grid.n_rows - 1) * grid.posting_y, east, grid.y_north
+
+
+def _age(age: Number | None, subject: str) -> float:
+    if age is None:
+        return -np.inf
+    try:
+        value = float(age)
+    except ValueError:
+        raise InputRefused(f"age of {subject} is '{age}'; it must be a number, for example 3.5 (the older lie below the younger)") from None
+    if not np.isfinite(value):
+        raise InputRefused(f"age of {subject} is {value}; it must be finite")
+    return value
+
+
+def _bound_patches(placed: list[Placed], known: dict[str, Soil]) -> Iterator[SoilPatch]:
+    """Soil bound to landforms: it moves with them."""
+    for item in placed:
+        name = item.instance.soil or item.landform.soil
+        if name:
+            subject = f"landform '{item.instance.name}'"
+            corners = tuple((float(x), float(y)) for x, y in item.outline())
+            yield SoilPatch(name=item.instance.name, soil=_soil(name, known, subject), polygon=corners)
 
 
 def _pair(sheet: PairSheet, used: list[str]) -> MaterialPair:
@@ -189,194 +307,19 @@ def _patch(sheet: PatchSheet, known: dict[str, Soil]) -> SoilPatch:
     return SoilPatch(name=sheet.name, soil=_soil(sheet.soil, known, subject), polygon=corners)
 
 
-def _instance(sheet: LandformSheet) -> LandformInstance:
+def _instance(sheet: LandformSheet, register: Register, known: dict[str, Soil]) -> LandformInstance:
     subject = f"landform '{sheet.name}'"
-    register = landforms()
-    if sheet.landform not in register:
-        raise InputRefused(f"{subject} is a '{sheet.landform}', which is not registered; {nearest_names(sheet.landform, register)}")
+    landform = register.find(sheet.landform, subject)
+    if sheet.soil:
+        _soil(sheet.soil, known, subject)
     return LandformInstance(
         name=sheet.name,
         landform=sheet.landform,
         x=to_si(sheet.x, "length", f"x of {subject}"),
         y=to_si(sheet.y, "length", f"y of {subject}"),
         heading=to_si(sheet.heading, "angle", f"heading of {subject}"),
-        drivers=register[sheet.landform].values(dict(sheet.drivers), subject),
-    )
-
-
-def stamp(heights: Array, terrain: Terrain, instance: LandformInstance) -> None:
-    """Evaluate one landform into ``heights``, in place, within its footprint only.
-
-    Grid coordinates are formed relative to the landform, so a shift by whole cells gives the same bytes.
-    """
-    landform = landforms()[instance.landform]
-    reach = landform.footprint(instance.drivers)
-    n_rows, n_cols = heights.shape
-    column = (instance.x - terrain.x_west) / terrain.posting_x
-    row = (terrain.y_north - instance.y) / terrain.posting_y
-    j0, j1 = (
-        int(np.clip(v, 0, n_cols)) for v in (np.ceil(column - reach / terrain.posting_x), np.floor(column + reach / terrain.posting_x) + 1)
-    )
-    i0, i1 = (int(np.clip(v, 0, n_rows)) for v in (np.ceil(row - reach / terrain.posting_y), np.floor(row + reach / terrain.posting_y) + 1))
-    if j0 >= j1 or i0 >= i1:
-        return
-    dx = (np.arange(j0, j1) - column)[None, :] * terrain.posting_x
-    dy = (row - np.arange(i0, i1))[:, None] * terrain.posting_y
-    cosine, sine = np.cos(instance.heading), np.sin(instance.heading)
-    x, y = cosine * dx + sine * dy, cosine * dy - sine * dx
-    profile = landform.profile(x, y, instance.drivers)
-    inside = np.hypot(dx, dy) <= reach
-    window = heights[i0:i1, j0:j1]
-    if landform.blend == "add":
-        window += np.where(inside, profile, 0.0)
-    elif landform.blend == "max":
-        np.maximum(window, np.where(inside, profile, -np.inf), out=window)
-    else:
-        window[inside] = profile[inside]
-
-
-def _base(page: SceneSheet, scene: Path, known: dict[str, Soil]) -> Terrain:
-    sheet = page.base
-    soil = _soil(page.soil, known, f"scene '{page.name}'")
-    sources = (source_of(scene, f"terrain {page.name}", f"rille {__version__}"),)
-    if sheet.kind == "dem":
-        return _measured(page, scene, soil, sources)
-    if sheet.size is None or sheet.posting is None:
-        raise InputRefused(f"base of scene '{page.name}' is {sheet.kind} and needs `size` and `posting`")
-    width, height = (to_si(v, "length", "size of the base") for v in sheet.size)
-    east, north = (to_si(v, "length", "center of the base") for v in sheet.center)
-    posting = to_si(sheet.posting, "length", "posting of the base")
-    shape = _shape(width, height, posting, posting)
-    x, y = _axes(shape, (posting, posting), (east - (shape[1] - 1) / 2 * posting, north + (shape[0] - 1) / 2 * posting))
-    if sheet.kind == "fractal":
-        heights = ground.fractal(shape, posting, sheet.hurst, to_si(sheet.median_slope, "angle", "median_slope of the base"), sheet.seed)
-    else:
-        slope = to_si(sheet.slope, "angle", "slope of the base") if sheet.kind == "plane" else 0.0
-        heights = ground.plane(x, y, slope, to_si(sheet.direction, "angle", "direction of the base"))
-    return Terrain(
-        name=page.name,
-        heights=heights,
-        posting_x=posting,
-        posting_y=posting,
-        x_west=float(x[0]),
-        y_north=float(y[0]),
-        soil=soil,
-        soils=(),
-        pairs=(),
-        source=f"synthetic: {sheet.kind}" + (f", seed {sheet.seed}" if sheet.kind == "fractal" else ""),
-        sources=sources,
-    )
-
-
-def _axes(shape: tuple[int, int], posting: tuple[float, float], corner: tuple[float, float]) -> tuple[Array, Array]:
-    """Coordinates of columns (n_cols,) and rows (n_rows,), descending, from the north-west value."""
-    x = np.arange(shape[1], dtype=np.float64) * posting[0] + corner[0]
-    y = corner[1] - np.arange(shape[0], dtype=np.float64) * posting[1]
-    return np.asarray(x, np.float64), np.asarray(y, np.float64)
-
-
-def _shape(width: float, height: float, posting_x: float, posting_y: float) -> tuple[int, int]:
-    if posting_x <= 0 or posting_y <= 0 or width < posting_x or height < posting_y:
-        raise InputRefused(f"the base measures {width:g} m x {height:g} m at a posting of {posting_x:g} m; it must hold at least one cell")
-    shape = round(height / posting_y) + 1, round(width / posting_x) + 1
-    if shape[0] * shape[1] > MOST_HEIGHTS:
-        raise InputRefused(
-            f"the base would have {shape[0]} x {shape[1]} heights, more than {MOST_HEIGHTS:.0e}; take a larger posting or a smaller size"
-        )
-    return shape
-
-
-def _measured(page: SceneSheet, scene: Path, soil: str, sources: tuple[SourceFile, ...]) -> Terrain:
-    """A measured DEM, cut to the region and, where a posting is given, resampled bilinearly."""
-    sheet = page.base
-    if sheet.file is None:
-        raise InputRefused(f"base of scene '{page.name}' is a dem and needs `file`")
-    path = expand(sheet.file, scene.parent)
-    dem = read_dem(path)
-    n_rows, n_cols = dem.heights.shape
-    if sheet.origin is None:
-        east = dem.x_west + dem.posting_x * ((n_cols - 1) // 2)
-        north = dem.y_north - dem.posting_y * ((n_rows - 1) // 2)
-    else:
-        east, north = (to_si(v, "length", "origin of the base") for v in sheet.origin)
-    whole = Terrain(
-        name=page.name,
-        heights=_filled(dem.heights, sheet.fill_holes, path),
-        posting_x=dem.posting_x,
-        posting_y=dem.posting_y,
-        x_west=dem.x_west - east,
-        y_north=dem.y_north - north,
-        soil=soil,
-        soils=(),
-        pairs=(),
-        crs=dem.crs,
-        map_origin=(east, north, 0.0),
-        source=relative_to_data(path),
-        sources=(*sources, source_of(path, f"terrain {page.name}", f"rille {__version__}")),
-    )
-    region = _region(whole, sheet)
-    center = region.heights[(region.heights.shape[0] - 1) // 2, (region.heights.shape[1] - 1) // 2]
-    zero = float(np.round(center if np.isfinite(center) else np.nanmean(region.heights)))
-    return _with(region, heights=region.heights - zero, map_origin=(east, north, zero))
-
-
-def _with(terrain: Terrain, **changes: object) -> Terrain:
-    from dataclasses import replace
-
-    return replace(terrain, **changes)  # type: ignore[arg-type]
-
-
-def _filled(heights: Array, fill: bool, path: Path) -> Array:
-    holes = np.isnan(heights)
-    if not holes.any():
-        return heights
-    if not fill:
-        row, column = np.argwhere(holes)[0]
-        raise InputRefused(
-            f"'{path}' has {int(holes.sum())} heights missing, the first at row {row}, column {column}; choose a region without, or set "
-            "fill_holes = true to interpolate them"
-        )
-    if holes.all():
-        raise InputRefused(f"'{path}' has no height at all")
-    from rasterio.fill import fillnodata
-
-    return fillnodata(np.where(holes, 0.0, heights), mask=(~holes).astype(np.uint8), max_search_distance=float(max(heights.shape)))
-
-
-def _region(whole: Terrain, sheet: BaseSheet) -> Terrain:
-    from rille.terrain.dem import height_at
-
-    if sheet.size is None and sheet.posting is None:
-        return whole
-    n_rows, n_cols = whole.heights.shape
-    width, height = (n_cols - 1) * whole.posting_x, (n_rows - 1) * whole.posting_y
-    center = [whole.x_west + width / 2, whole.y_north - height / 2]
-    if sheet.size is not None:
-        width, height = (to_si(v, "length", "size of the base") for v in sheet.size)
-        center = [to_si(v, "length", "center of the base") for v in sheet.center]
-    posting_x, posting_y = whole.posting_x, whole.posting_y
-    if sheet.posting is not None:
-        posting_x = posting_y = to_si(sheet.posting, "length", "posting of the base")
-    shape = _shape(width, height, posting_x, posting_y)
-    x_west, y_north = center[0] - (shape[1] - 1) * posting_x / 2, center[1] + (shape[0] - 1) * posting_y / 2
-    if sheet.posting is None:  # keep the DEM's own values: move the region onto its grid
-        x_west = whole.x_west + round((x_west - whole.x_west) / posting_x) * posting_x
-        y_north = whole.y_north - round((whole.y_north - y_north) / posting_y) * posting_y
-        j, i = round((x_west - whole.x_west) / posting_x), round((whole.y_north - y_north) / posting_y)
-        if i < 0 or j < 0 or i + shape[0] > n_rows or j + shape[1] > n_cols:
-            raise _outside(whole)
-        heights = whole.heights[i : i + shape[0], j : j + shape[1]]
-    else:
-        x, y = _axes(shape, (posting_x, posting_y), (x_west, y_north))
-        heights = height_at(whole, x[None, :], y[:, None])
-        if np.isnan(heights).any():
-            raise _outside(whole)
-    return _with(whole, heights=heights, posting_x=posting_x, posting_y=posting_y, x_west=x_west, y_north=y_north)
-
-
-def _outside(whole: Terrain) -> InputRefused:
-    n_rows, n_cols = whole.heights.shape
-    return InputRefused(
-        f"the region reaches beyond the DEM, which spans x {whole.x_west:.1f} to {whole.x_west + (n_cols - 1) * whole.posting_x:.1f} m "
-        f"and y {whole.y_north - (n_rows - 1) * whole.posting_y:.1f} to {whole.y_north:.1f} m around its origin; change center or size"
+        scale=sheet.scale,
+        drivers=landform.values(dict(sheet.drivers), subject),
+        soil=sheet.soil,
+        age=None if sheet.age is None else _age(sheet.age, subject),
     )

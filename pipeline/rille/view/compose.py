@@ -77,8 +77,8 @@ def ground_item(patch: Patch, terrain: Terrain, sun: Array) -> Item:
     return Item(vertices=vertices, triangles=triangles, lit=False, rgb=colors(patch, terrain, sun))
 
 
-def shadow_items(items: list[Item], patch: Patch, sun: Array) -> list[Item]:
-    """The rover's shadow: its meshes slid along the light until they lie on the ground."""
+def shadow_items(items: list[Item], patch: Patch, sun: Array, lift: float = 0.012) -> list[Item]:
+    """The rover's shadow: its meshes slid along the light until they lie ``lift`` [m] over the ground."""
     shadows = []
     for item in items:
         fallen = item.vertices.copy()
@@ -87,7 +87,7 @@ def shadow_items(items: list[Item], patch: Patch, sun: Array) -> list[Item]:
             drop = item.vertices[:, 2] - patch.height(foot[:, 0], foot[:, 1])
             foot = item.vertices - np.maximum(drop, 0)[:, None] / sun[2] * sun
         fallen[:, :2] = foot[:, :2]
-        fallen[:, 2] = patch.height(foot[:, 0], foot[:, 1]) + 0.012
+        fallen[:, 2] = patch.height(foot[:, 0], foot[:, 1]) + lift
         shadows.append(Item(vertices=fallen, triangles=item.triangles, color="#17171a", lit=False))
     return shadows
 

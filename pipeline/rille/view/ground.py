@@ -1,17 +1,21 @@
 """The ground as a picture: a cropped, decimated grid with sunlight, cast shadows and soils in its colours."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Terrain
 from rille.model.grid import bilinear
+from rille.model.polygon import soil_codes, soil_names
 
 Array = NDArray[np.float64]
 
+STRIP = 256  # rows read at once from heights that lie in a file
+
 REGOLITH = np.array([0.62, 0.60, 0.57])
-PATCH_TINTS = (np.array([0.64, 0.57, 0.48]), np.array([0.52, 0.57, 0.62]), np.array([0.56, 0.60, 0.52]))
+PATCH_TINTS = (np.array([0.64, 0.57, 0.48]), np.array([0.71, 0.70, 0.68]), np.array([0.49, 0.49, 0.50]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,8 +36,22 @@ class Patch:
         return bilinear(self.z, (float(self.x[0]), float(self.y[0])), self.posting, x, y, clamp=True)
 
 
+def strided(values: Any, rows: tuple[int, int], columns: tuple[int, int], step: int = 1) -> NDArray[Any]:
+    """Every ``step``-th value of rows[0] <= i < rows[1] and columns[0] <= j < columns[1] of a layer of a terrain.
+
+    Layers that lie in a file are read in strips of rows, so that memory stays bounded.
+    """
+    (r0, r1), (c0, c1) = rows, columns
+    if isinstance(values, np.ndarray):
+        return values[r0:r1:step, c0:c1:step]
+    return np.concatenate([values[a : min(a + STRIP, r1), c0:c1][(r0 - a) % step :: step, ::step] for a in range(r0, r1, STRIP)])
+
+
 def crop(terrain: Terrain, center: Array, reach: float, most: int = 700) -> Patch:
-    """Ground within ``reach`` [m] of ``center`` (x, y), at most ``most`` points a side (bilinear, finer than the grid near it if small)."""
+    """Ground within ``reach`` [m] of ``center`` (x, y), at most ``most`` points a side (bilinear, finer than the grid near it if small).
+
+    Where there is no height, the lowest around stands in for it.
+    """
     n_rows, n_cols = terrain.heights.shape
     east = terrain.x_west + (n_cols - 1) * terrain.posting_x
     south = terrain.y_north - (n_rows - 1) * terrain.posting_y
@@ -41,9 +59,16 @@ def crop(terrain: Terrain, center: Array, reach: float, most: int = 700) -> Patc
     y0, y1 = max(south, center[1] - reach), min(terrain.y_north, center[1] + reach)
     count = (int(np.clip((x1 - x0) / terrain.posting_x * 2, 2, most)), int(np.clip((y1 - y0) / terrain.posting_y * 2, 2, most)))
     x, y = np.linspace(x0, x1, count[0]), np.linspace(y1, y0, count[1])
-    filled = np.where(np.isnan(terrain.heights), np.nanmin(terrain.heights), terrain.heights)
-    posting = (terrain.posting_x, terrain.posting_y)
-    z = bilinear(filled, (terrain.x_west, terrain.y_north), posting, x[None, :], y[:, None], clamp=True)
+    c0, c1 = int((x0 - terrain.x_west) / terrain.posting_x), int(np.ceil((x1 - terrain.x_west) / terrain.posting_x)) + 1
+    r0, r1 = int((terrain.y_north - y1) / terrain.posting_y), int(np.ceil((terrain.y_north - y0) / terrain.posting_y)) + 1
+    c0, r0, c1, r1 = min(max(c0, 0), n_cols - 2), min(max(r0, 0), n_rows - 2), min(c1, n_cols), min(r1, n_rows)
+    step = max(1, min((r1 - r0) // most, (c1 - c0) // most))  # more values than points are passed over
+    heights = strided(terrain.heights, (r0, max(r1, r0 + 2)), (c0, max(c1, c0 + 2)), step)
+    hole = np.isnan(heights)
+    if hole.any():
+        heights = np.where(hole, 0.0 if hole.all() else np.nanmin(heights), heights)
+    corner = (terrain.x_west + c0 * terrain.posting_x, terrain.y_north - r0 * terrain.posting_y)
+    z = bilinear(heights, corner, (step * terrain.posting_x, step * terrain.posting_y), x[None, :], y[:, None], clamp=True)
     return Patch(x=x, y=y, z=z)
 
 
@@ -70,16 +95,20 @@ def sunlight(patch: Patch, sun: Array) -> Array:
     return light * shade
 
 
+def albedo(terrain: Terrain, x: Array, y: Array) -> Array:
+    """Colour 0..1 (n_rows, n_cols, 3) of regolith and of other soils on a grid of ascending x (n_cols,) and descending y (n_rows,) [m]."""
+    names = soil_names(terrain.soil, terrain.patches)
+    tints = np.array([REGOLITH, *(PATCH_TINTS[k % len(PATCH_TINTS)] for k in range(len(names) - 1))])
+    return tints[soil_codes(terrain.soil, terrain.patches, x, y)]
+
+
+def painted(tint: Array, light: Array) -> NDArray[np.uint8]:
+    """Colour (n, 3) of points of a grid: tint (n_rows, n_cols, 3) under light (n_rows, n_cols), with the grain of dust."""
+    grain = 1 + 0.06 * np.random.default_rng(1).standard_normal(light.shape)
+    shown = (0.10 + 1.45 * light) * grain
+    return (255 * np.clip(tint * shown[..., None], 0, 1) ** 0.8).astype(np.uint8).reshape(-1, 3)
+
+
 def colors(patch: Patch, terrain: Terrain, sun: Array) -> NDArray[np.uint8]:
     """Colour (n_rows * n_cols, 3) of every point: regolith or soil tint, grain, light and shadow."""
-    from matplotlib.path import Path as Outline
-
-    x, y = np.meshgrid(patch.x, patch.y)
-    albedo = np.broadcast_to(REGOLITH, (*patch.z.shape, 3)).copy()
-    tints = {name: PATCH_TINTS[k % len(PATCH_TINTS)] for k, name in enumerate(dict.fromkeys(p.soil for p in terrain.patches))}
-    for region in terrain.patches:
-        inside = Outline(np.array(region.polygon)).contains_points(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
-        albedo[inside] = tints[region.soil]
-    grain = 1 + 0.06 * np.random.default_rng(1).standard_normal(patch.z.shape)
-    lit = 0.10 + 1.45 * sunlight(patch, sun)
-    return (255 * np.clip(albedo * (lit * grain)[..., None], 0, 1) ** 0.8).astype(np.uint8).reshape(-1, 3)
+    return painted(albedo(terrain, patch.x, patch.y), sunlight(patch, sun))

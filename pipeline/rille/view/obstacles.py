@@ -50,6 +50,15 @@ def facet_item(corners: Array, color: str, opacity: float = 1.0) -> Item:
     return Item(vertices=corners.reshape(-1, 3), triangles=np.arange(3 * len(corners)).reshape(-1, 3), color=color, opacity=opacity)
 
 
-def obstacle_items(terrain: Terrain) -> list[Item]:
-    """All obstacles of a terrain."""
-    return [facet_item(facets(obstacle), ROCK_GRAY) for obstacle in terrain.obstacles]
+def stated_obstacles(terrain: Terrain) -> list[Obstacle]:
+    """Obstacles but for the collision bodies ("rocks_17") of a population's rocks, which the ground itself shows."""
+    populations = {population.name for population in terrain.populations}
+    return [o for o in terrain.obstacles if not (o.name.rpartition("_")[2].isdigit() and o.name.rpartition("_")[0] in populations)]
+
+
+def obstacle_items(terrain: Terrain, center: Array | None = None, reach: float = np.inf) -> list[Item]:
+    """The stated obstacles of a terrain, within ``reach`` [m] of ``center`` (x, y), as one mesh; none if there is none."""
+    chosen = stated_obstacles(terrain)
+    if center is not None:
+        chosen = [o for o in chosen if np.linalg.norm(np.array(o.pose.position[:2]) - center) < reach]
+    return [facet_item(np.concatenate([facets(obstacle) for obstacle in chosen]), ROCK_GRAY)] if chosen else []

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from rille.model import Rover, Ruts, Terrain, Trace
-from rille.view.obstacles import hull_points
+from rille.view.obstacles import hull_points, stated_obstacles
 
 COLORS = ("#1b6ca8", "#d1495b", "#2a9d5c", "#e09f3e", "#7b4ea3", "#4d4d4d", "#17becf", "#bc5090")
 
@@ -91,7 +91,7 @@ def plot_map(trace: Trace, rover: Rover, terrain: Terrain, path: Path) -> None:
         axis.add_patch(Polygon(region.polygon, closed=True, facecolor="#d9822b", edgecolor="#7a3e00", alpha=0.35, linewidth=1.2))
         east, north = np.mean(region.polygon, axis=0)
         axis.annotate(f"{region.name} ({region.soil})", (east, north), fontsize=8, ha="center", color="#4a2500")
-    for obstacle in terrain.obstacles:
+    for obstacle in stated_obstacles(terrain):
         from scipy.spatial import ConvexHull
 
         plan = hull_points(obstacle)[:, :2]

@@ -24,6 +24,7 @@
 #include "simulate/simulation.hpp"
 #include "store/contract.hpp"
 #include "store/load.hpp"
+#include "world/ground.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -275,6 +276,19 @@ NB_MODULE(_solver, module) {
            "Every parameter by name with its value [SI].")
       .def("set_effects", [](rille::Model& m, const nb::list& rows) { m.effects = effects_from(rows, m.rover); }, "rows"_a,
            "Replace the effects: (kind, target kind, target, {parameter: value}); rille.simulate.effect_rows makes them.")
+      .def("ground_height",
+           [](const rille::Model& m, const nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>& points) {
+             if (!m.terrain) throw rille::InputRefused("the scenario has no ground; give it a terrain");
+             if (points.shape(1) != 2) throw rille::InputRefused(fmt::format("points have {} columns; they need two, x and y", points.shape(1)));
+             const rille::Ground ground(*m.terrain);
+             std::vector<double> heights;
+             heights.reserve(points.shape(0));
+             for (std::size_t k = 0; k < points.shape(0); ++k)
+               heights.push_back(ground.height(points(k, 0), points(k, 1)).value_or(std::nan("")));
+             const std::size_t n = heights.size();
+             return array(std::move(heights), n, 1);
+           },
+           "points"_a, "Height [m] of the ground under wheels at points (n, 2) of W, shape (n, 1); NaN beside the ground or a missing value.")
       .def_prop_ro("step", [](const rille::Model& m) { return m.scenario.step; }, "Time step [s].")
       .def_prop_ro("duration", [](const rille::Model& m) { return m.scenario.duration; }, "Duration of the scenario [s].")
       .def_prop_ro("drive_names", [](const rille::Model& m) { return names(m.rover.drives); }, "Order of drives.");

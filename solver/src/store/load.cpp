@@ -86,7 +86,7 @@ Terrain load_soil_table(Database& database, double gravity) try {
 }
 
 std::string model_digest(Database& database) {
-  // FNV-1a over every value of every table that the model is made of.
+  // FNV-1a over every value of every table that the model is made of (of the tiles, those that the solver reads).
   std::uint64_t digest = 14695981039346656037ULL;
   const auto add = [&](const void* data, std::size_t size) {
     for (std::size_t k = 0; k < size; ++k) digest = (digest ^ static_cast<const unsigned char*>(data)[k]) * 1099511628211ULL;
@@ -94,7 +94,9 @@ std::string model_digest(Database& database) {
   for (const char* table : {"material", "soil", "material_pair", "body", "collision_shape", "joint", "joint_limit", "drive", "differential", "gear",
                             "loop_closure", "wheel", "grouser", "sensor", "terrain", "terrain_tile", "soil_patch", "obstacle", "effect", "scenario",
                             "initial_state", "command", "watch"}) {
-    Statement row(database, fmt::format("SELECT * FROM {} ORDER BY 1, 2", table));
+    const bool tiles = std::strcmp(table, "terrain_tile") == 0;
+    Statement row(database, tiles ? "SELECT * FROM terrain_tile WHERE layer = 'height' AND level = 0 ORDER BY terrain_id, row0, col0"
+                                  : fmt::format("SELECT * FROM {} ORDER BY 1, 2", table));
     while (row.executeStep())
       for (int c = 0; c < row.getColumnCount(); ++c) {
         const Column column = row.getColumn(c);

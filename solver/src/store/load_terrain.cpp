@@ -24,7 +24,7 @@ HeightGrid load_grid(Database& database, Statement& terrain, const std::string& 
   if (cells > 400'000'000)
     throw InputRefused(fmt::format("{} has {} x {} heights, more than the 400 million that are read at once; extract a region",
                                    subject, grid.n_rows, grid.n_cols));
-  Statement covered(database, "SELECT total(n_rows * n_cols) FROM terrain_tile WHERE terrain_id = ? AND layer = 'height'");
+  Statement covered(database, "SELECT total(n_rows * n_cols) FROM terrain_tile WHERE terrain_id = ? AND layer = 'height' AND level = 0");
   covered.bind(1, terrain.getColumn("id").getInt64());
   covered.executeStep();
   if (covered.getColumn(0).getDouble() < 0.01 * static_cast<double>(cells))  // before memory is asked for
@@ -32,14 +32,17 @@ HeightGrid load_grid(Database& database, Statement& terrain, const std::string& 
                                    grid.n_rows, grid.n_cols));
   grid.heights.assign(cells, std::nan(""));
   Statement tile(database,
-                 "SELECT row0, col0, n_rows, n_cols, dtype, data FROM terrain_tile WHERE terrain_id = ? AND layer = 'height'");
+                 "SELECT row0, col0, n_rows, n_cols, dtype, data FROM terrain_tile WHERE terrain_id = ? AND layer = 'height' AND level = 0");
   tile.bind(1, terrain.getColumn("id").getInt64());
   while (tile.executeStep()) {
     const int row0 = tile.getColumn("row0").getInt();
     const int col0 = tile.getColumn("col0").getInt();
     const int n_rows = tile.getColumn("n_rows").getInt();
     const int n_cols = tile.getColumn("n_cols").getInt();
-    const bool single = tile.getColumn("dtype").getString() == "float32";
+    const std::string dtype = tile.getColumn("dtype").getString();
+    const bool single = dtype == "float32";
+    if (!single && dtype != "float64")
+      throw InputRefused(fmt::format("a tile of {} at row {}, column {} holds heights as '{}'; they must be float32 or float64", subject, row0, col0, dtype));
     const Column data = tile.getColumn("data");
     const auto expected = static_cast<std::int64_t>(n_rows) * n_cols * (single ? 4 : 8);
     if (row0 < 0 || col0 < 0 || n_rows < 1 || n_cols < 1 || row0 > grid.n_rows - n_rows || col0 > grid.n_cols - n_cols ||

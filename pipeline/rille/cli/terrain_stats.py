@@ -1,0 +1,224 @@
+"""``rille terrain stats``: what a DEM says of itself, beside what was asked for and beside another DEM."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rille.cli.talk import Json, print_json, progress, say
+
+if TYPE_CHECKING:
+    from rille.model import Terrain
+
+Update = Callable[[str, float], None]
+
+
+def stats(
+    ground: Annotated[Path, typer.Argument(help="Scene (TOML), database with a terrain (.db), or DEM (any raster in metres).")],
+    against: Annotated[Path | None, typer.Option(help="Another scene, database or DEM, measured beside it.")] = None,
+    name: Annotated[str | None, typer.Option(help="Terrain of the database, if it holds several.")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", "-p", help="Also draw it: PNG, SVG or PDF.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure roughness (deviogram, Hurst exponent), slopes by baseline, size-frequency of craters and rocks, depth over diameter.
+
+    For a scene, they stand beside the laws asked for and the landforms placed. Large DEMs are measured on samples, which is said.
+
+    Example: rille terrain stats scene.toml --against moon.tif --picture stats.png
+    """
+    with progress(f"measuring {ground.name}") as update:
+        share = 1.0 if against is None else 0.5
+        report = _measured(ground, name, lambda what, fraction: update(what, share * fraction))
+        if against is not None:
+            report["against"] = _measured(against, None, lambda what, fraction: update(what, 0.5 + 0.5 * fraction))
+        if picture is not None:
+            from rille.view.terrain_statistics import draw_statistics
+
+            update("drawing", 1.0)
+            draw_statistics(report, picture)
+            report["picture"] = str(picture)
+    if as_json:
+        print_json(report)
+        return
+    print("\n".join(table(report)))
+    if picture is not None:
+        say(f"wrote {picture}")
+
+
+def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
+    """The report on a scene, a terrain in a database, or a DEM."""
+    from rille.terrain import statistics
+
+    suffix = ground.suffix.lower()
+    if suffix == ".toml":
+        from rille import terrain
+
+        built = terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction))
+        report = _of_terrain(built, lambda what, fraction: update(what, 0.4 + 0.6 * fraction))
+        base = _base(ground)
+        return report if base is None else {**report, "base": base}
+    if suffix == ".db":
+        from rille import store
+
+        return _of_terrain(store.read_terrain(ground, name, heights=False), update)
+    from rille.terrain.raster import open_raster
+
+    raster = open_raster(ground)
+    surface = _Windows(raster.shape, raster.read)
+    return statistics.measure(ground.name, surface, *raster.posting, progress=update)
+
+
+def _of_terrain(built: "Terrain", update: Update) -> dict[str, Any]:
+    from rille.terrain import statistics
+
+    return statistics.measure(built.name, built.heights, built.posting_x, built.posting_y, terrain=built, progress=update)
+
+
+def _base(scene: Path) -> dict[str, Any] | None:
+    """Roughness asked of a fractal base, and that of the base alone, before landforms; None for other bases."""
+    import math
+
+    from rille.model.quantity import to_si
+    from rille.model.sheet import read_sheet
+    from rille.terrain import statistics
+    from rille.terrain.base import make_base
+    from rille.terrain.grid import Window
+    from rille.terrain.scene import SceneSheet
+
+    sheet = read_sheet(scene, SceneSheet).base
+    if sheet.kind != "fractal":
+        return None
+    ground = make_base(sheet, scene, lambda what, fraction: None)
+    grid = ground.grid
+
+    def read(rows: tuple[int, int], cols: tuple[int, int]) -> Any:
+        return ground.base.window(grid, Window(row0=rows[0], row1=rows[1], col0=cols[0], col1=cols[1]))
+
+    samples = statistics.sample(_Windows(grid.shape, read))
+    slope = math.degrees(to_si(sheet.median_slope, "angle", "median_slope of the base"))
+    return {
+        "asked": {"hurst": sheet.hurst, "median_slope_deg": slope, "baseline_m": grid.posting_x},
+        **statistics.roughness(samples, grid.posting_x, grid.posting_y),
+    }
+
+
+class _Windows:
+    """Heights read by two slices."""
+
+    def __init__(self, shape: tuple[int, int], read: Callable[[tuple[int, int], tuple[int, int]], Any]) -> None:
+        self.shape, self._read = shape, read
+
+    def __getitem__(self, key: tuple[slice, slice]) -> Any:
+        rows, cols = (part.indices(length)[:2] for part, length in zip(key, self.shape, strict=True))
+        return self._read(rows, cols)
+
+
+def table(report: dict[str, Any]) -> list[str]:
+    """The report as lines for people."""
+    other = report.get("against")
+    return [*_head(report), *_rough(report, other), *_slopes(report, other), *_census(report), *_found(report, other)]
+
+
+def _head(report: dict[str, Any]) -> list[str]:
+    px, py = report["posting_m"]
+    missing = f", {100 * report['missing_share']:.2g} % of them missing" if report["missing_share"] else ""
+    posting = f"{px:.4g} m" if px == py else f"{px:.4g} m x {py:.4g} m"
+    return [
+        f"{report['name']}: {report['rows']} x {report['columns']} heights at {posting}{missing}; measured on {report['roughness_from']}"
+    ]
+
+
+def _hurst(report: dict[str, Any]) -> str:
+    rough = report["deviogram"]
+    if rough["hurst"] is None:
+        return "none: level ground"
+    low, high = rough["fit_m"]
+    spread = "" if rough["interval"][0] is None else f" +- {(rough['interval'][1] - rough['interval'][0]) / 2:.3f}"
+    return f"{rough['hurst']:.3f}{spread} ({low:.3g} to {high:.3g} m)"
+
+
+def _rough(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
+    lines = ["", f"{'Hurst exponent':22}{_hurst(report)}"]
+    base = report.get("base")
+    if base is not None:
+        asked = base["asked"]
+        median = base["slopes"]["p50_deg"][0]
+        lines.append(f"{'  of the base alone':22}{_hurst(base)}, asked {asked['hurst']:.3f}")
+        over = f"{median:.3f} deg over {base['slopes']['baseline_m'][0]:.3g} m"
+        lines.append(f"{'  its median slope':22}{over}, asked {asked['median_slope_deg']:.3f} deg")
+    if other is not None:
+        lines.append(f"{'  ' + other['name']:22} {_hurst(other)}")
+    return lines
+
+
+def _slopes(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
+    lines = ["", f"{'slope over [m]':>16}{'5 %':>9}{'median':>9}{'95 %':>9}{'RMS [deg]':>11}"]
+    for each, mark in ((report, ""), (other, " *")) if other is not None else ((report, ""),):
+        steep = each["slopes"]
+        rows = zip(steep["baseline_m"], steep["p5_deg"], steep["p50_deg"], steep["p95_deg"], steep["rms_deg"], strict=True)
+        lines += [f"{length:16.4g}{p5:9.2f}{p50:9.2f}{p95:9.2f}{rms:11.2f}{mark}" for length, p5, p50, p95, rms in rows]
+    if other is not None:
+        lines.append(f"* {other['name']}")
+    return lines
+
+
+def _census(report: dict[str, Any]) -> list[str]:
+    lines = []
+    for p in report.get("populations", []):
+        given = ", ".join(f"{key} {_value(key, value)}" for key, value in p["parameters"].items())
+        verdict = "inside its Poisson band" if p["inside_band"] else "OUTSIDE its Poisson band"
+        lines += [
+            "",
+            f"population '{p['name']}' of {p['landform']}, law {p['law']}{' (' + given + ')' if given else ''}{_beyond(p)}: {verdict}",
+            f"{'diameter [m]':>18}{'asked':>11}{'band':>17}{'placed':>9}",
+        ]
+        for low, high, asked, least, most, placed in zip(p["from_m"], p["to_m"], p["asked"], *p["band"], p["placed"], strict=True):
+            lines.append(f"{low:8.3g} to {high:6.3g}{asked:11.1f}{f'{least:.0f} to {most:.0f}':>17}{placed:9d}")
+    return lines
+
+
+def _beyond(population: dict[str, Any]) -> str:
+    """Says so where a law is used for diameters that its source does not speak of."""
+    low, high = population["valid_m"]
+    if population["from_m"][0] >= low * (1 - 1e-9) and (high is None or population["to_m"][-1] <= high * (1 + 1e-9)):
+        return ""
+    return f", extrapolated beyond {low:g} to {high:g} m"
+
+
+def _value(key: str, value: float | str) -> str:
+    """A parameter of a law for people."""
+    from rille.terrain.population.chronology import GYR
+
+    if isinstance(value, str):
+        return value
+    return f"{value / GYR:g} Gyr" if key == "surface_age" else f"{value:g}"
+
+
+def _found(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
+    lines = []
+    for kind in ("craters", "rocks"):
+        for each, mark in ((report, ""), (other, f" of {other['name']}" if other else "")):
+            if each is not None:
+                lines += ["", *_counts(each[kind], kind, mark)]
+    return lines
+
+
+def _counts(forms: dict[str, Any], kind: str, mark: str) -> list[str]:
+    placed = forms["placed"]
+    beside = "" if placed is None else f", {forms['placed_total']} of these sizes placed"
+    where = f"from {forms['smallest_searched_m']:.3g} m, searched {forms['searched']}"
+    lines = [f"{kind}{mark} in the DEM {where}: {forms['found_total']} found{beside}"]
+    rows = [k for k, count in enumerate(forms["found"]) if forms["searched_m2"][k] > 0 and (count or (placed and placed[k]))]
+    if not rows:
+        return lines
+    ratio = "depth/diameter" if kind == "craters" else "height/diameter"
+    lines.append(f"{'diameter [m]':>18}{'placed':>9}{'found':>9}{'per km^2':>12}{ratio:>16}")
+    for k in rows:
+        per_km2 = 1e6 * forms["found"][k] / forms["searched_m2"][k]
+        middle = forms["depth_over_diameter"]["quartiles"][k]
+        lines.append(
+            f"{forms['from_m'][k]:8.3g} to {forms['to_m'][k]:6.3g}{'-' if placed is None else placed[k]:>9}{forms['found'][k]:9d}"
+            f"{per_km2:12.4g}{'-' if middle is None else f'{middle[1]:.3f}':>16}"
+        )
+    return lines

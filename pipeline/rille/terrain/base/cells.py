@@ -1,0 +1,86 @@
+"""The values of a DEM that a scene rests on: in memory where they are few, otherwise read from the file block by block."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import InputRefused
+from rille.terrain.base.blocks import Blocks
+from rille.terrain.base.lattice import Lattice, Range, Stored
+from rille.terrain.raster import Raster
+
+Array = NDArray[np.float64]
+
+MOST_RESIDENT = 16_000_000  # values, 128 MB
+BLOCK = 1024  # values across
+
+
+def cells(raster: Raster, rows: Range, cols: Range, *, halo: int, fill: bool) -> tuple[Lattice, Stored | None]:
+    """The values of a part of a DEM, and marks: 1 where one was missing and is interpolated, 0 elsewhere; None if none was missing.
+
+    Parameters
+    ----------
+    rows, cols : first and last + 1 of the part that must be known. halo : values around it that are answered, too, missing or not.
+    fill : interpolate missing values.
+
+    Raises
+    ------
+    InputRefused : for missing values that are not to be filled, or that lie in a part too large to be filled in memory.
+    """
+    wide_rows, wide_cols = ((max(a - halo, 0), min(b + halo, n)) for (a, b), n in zip((rows, cols), raster.shape, strict=True))
+    if (rows[1] - rows[0]) * (cols[1] - cols[0]) > MOST_RESIDENT:
+        _refuse_holes(raster, rows, cols, fill)
+        return Blocks(rows=wide_rows, cols=wide_cols, size=BLOCK, load=raster.read), None
+    values = raster.read(wide_rows, wide_cols)
+    inner = slice(rows[0] - wide_rows[0], rows[1] - wide_rows[0]), slice(cols[0] - wide_cols[0], cols[1] - wide_cols[0])
+    holes = np.isnan(values[inner])
+    if not holes.any():
+        return Stored(values, wide_rows[0], wide_cols[0]), None
+    if not fill:
+        raise _missing(raster.path, int(holes.sum()), np.argwhere(holes)[0] + (rows[0], cols[0]))
+    return Stored(filled(values, raster.path), wide_rows[0], wide_cols[0]), Stored(holes.astype(np.float64), rows[0], cols[0])
+
+
+def filled(values: Array, path: Path) -> Array:
+    """Values with the missing ones (NaN) interpolated from around by inverse distance (GDALFillNodata).
+
+    Raises
+    ------
+    InputRefused : if there is no value at all.
+    """
+    holes = np.isnan(values)
+    if holes.all():
+        raise InputRefused(f"'{path}' has no height at all in the region; choose another region")
+    from rasterio.fill import fillnodata
+
+    level = float(np.nanmean(values))  # GDAL fills in float32
+    guess = fillnodata(
+        np.where(holes, 0.0, values - level), mask=(~holes).astype(np.uint8), max_search_distance=float(np.hypot(*values.shape))
+    )
+    return np.where(holes, guess + level, values)
+
+
+def _refuse_holes(raster: Raster, rows: Range, cols: Range, fill: bool) -> None:
+    """Look through a large part in strips."""
+    count, first = 0, None
+    for row in range(rows[0], rows[1], BLOCK):
+        holes = np.isnan(raster.read((row, min(row + BLOCK, rows[1])), cols))
+        if first is None and holes.any():
+            first = np.argwhere(holes)[0] + (row, cols[0])
+        count += int(holes.sum())
+    if first is None:
+        return
+    if not fill:
+        raise _missing(raster.path, count, first)
+    raise InputRefused(
+        f"'{raster.path}' has {count} heights missing in a region of more than {MOST_RESIDENT} heights, too many to fill them here; "
+        "fill them in the file (gdal_fillnodata) or choose a smaller region"
+    )
+
+
+def _missing(path: Path, count: int, first: NDArray[np.intp]) -> InputRefused:
+    return InputRefused(
+        f"'{path}' has {count} heights missing, the first at row {first[0]}, column {first[1]}; choose a region without, or set "
+        "fill_holes = true to interpolate them"
+    )

@@ -1,0 +1,123 @@
+"""Extraction of a region: of a scene, evaluated on the region's own points, or of a stored terrain, interpolated between its heights."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import Terrain
+from rille.terrain.composition import Composition
+from rille.terrain.grid import Grid, Window
+from rille.terrain.region import MapFrame, Region, ResampledSurface, make_region, own_points, terrain_of_region
+from rille.terrain.register import landforms
+from rille.terrain.scene import composed, terrain_of
+from rille.terrain.surface import IN_MEMORY, evaluate, evaluate_aside
+
+Progress = Callable[[str, float], None]
+
+
+def extract_from_scene(
+    scene: Path,
+    *,
+    name: str | None = None,
+    progress: Progress | None = None,
+    tell: Callable[[str], None] | None = None,
+    **where: Any,
+) -> Terrain:
+    """Evaluate a region of a scene at its own points: base and landforms there, not interpolated from the scene's grid.
+
+    Parameters
+    ----------
+    name : of the terrain; None: that of the scene. where : as of :func:`rille.terrain.region.make_region`.
+
+    Raises
+    ------
+    InputRefused : with one sentence for whatever cannot be used.
+    """
+    with composed(scene, progress=progress) as (read, composition, store, datums):
+        for note in read.ground.notes:
+            (tell or (lambda text: None))(note)
+        grid = composition.grid
+        region = make_region(grid, MapFrame(origin=read.ground.map_origin[:2]), **where)
+        solid = bool(read.page.obstacle) or any(sheet.collide is not None for sheet in read.page.population)
+        whole: Any = _Shape(grid)
+        if solid or region.grid == grid:
+            whole = evaluate(composition, store, datums, progress)
+        shift = own_points(grid, region.grid)
+        asked = composition if shift is None else _Cut(composition, grid, shift)
+        heights = whole if region.grid == grid else evaluate_aside(asked, region.grid, progress)  # type: ignore[arg-type]
+        holes = read.ground.holes
+        read = replace(read, ground=replace(read.ground, holes=None))  # marks are asked for where they are wanted
+        filled = None if holes is None else holes(region.grid, region.grid.whole)
+        return terrain_of_region(terrain_of(read, whole), region, heights, register=read.register, name=name, filled=filled)
+
+
+def extract_from_terrain(terrain: Terrain, *, name: str | None = None, **where: Any) -> Terrain:
+    """A region of a stored terrain: its own heights where points coincide, else bilinear between them, as the solver sees them.
+
+    Parameters
+    ----------
+    terrain : its heights may stay in their database. name, where : as of :func:`extract_from_scene`.
+
+    Raises
+    ------
+    InputRefused : for a region that cannot be.
+    """
+    n_rows, n_cols = terrain.heights.shape
+    grid = Grid(
+        n_rows=n_rows,
+        n_cols=n_cols,
+        posting_x=terrain.posting_x,
+        posting_y=terrain.posting_y,
+        x_west=terrain.x_west,
+        y_north=terrain.y_north,
+    )
+    region = make_region(grid, MapFrame(origin=terrain.map_origin[:2], heading=terrain.map_heading), **where)
+    surface = ResampledSurface(terrain, region.grid)
+    heights = surface[:, :] if region.grid.n_rows * region.grid.n_cols <= IN_MEMORY else surface
+    return terrain_of_region(terrain, region, heights, register=landforms(), name=name, filled=_marks(terrain, region))
+
+
+def _marks(terrain: Terrain, region: Region) -> NDArray[np.bool_] | None:
+    """Points of a region whose height depends on one that was filled."""
+    if terrain.filled is None:
+        return None
+    surface = ResampledSurface(replace(terrain, heights=terrain.filled), region.grid)
+    marks = np.empty(region.grid.shape, bool)
+    for window in region.grid.tiles(512):
+        marks[window.slices] = surface[window.slices] > 0
+    return marks if marks.any() else None
+
+
+class _Cut:
+    """A composition asked for points of its scene's grid by a grid that begins elsewhere: the same bytes as the scene's."""
+
+    def __init__(self, composition: Composition, grid: Grid, shift: tuple[int, int]) -> None:
+        self._composition, self._grid, self._shift, self.base = composition, grid, shift, self
+
+    def _there(self, window: Window) -> Window:
+        row, column = self._shift
+        return Window(row0=window.row0 + row, row1=window.row1 + row, col0=window.col0 + column, col1=window.col1 + column)
+
+    def window(self, grid: Grid, window: Window) -> NDArray[np.float64]:
+        """Heights of the base."""
+        return self._composition.base.window(self._grid, self._there(window))
+
+    def render(self, grid: Grid, window: Window, *, base: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Heights of the scene."""
+        return self._composition.render(self._grid, self._there(window), base=base)
+
+
+class _Shape:
+    """Heights of a scene that nobody asks for."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.shape = grid.shape
+
+    def __getitem__(self, window: tuple[slice, slice]) -> NDArray[np.float64]:
+        """No height is known."""
+        rows, columns = (range(*s.indices(n)) for s, n in zip(window, self.shape, strict=True))
+        return np.full((len(rows), len(columns)), np.nan)

@@ -1,0 +1,121 @@
+"""Reading measured DEMs: any raster that GDAL knows, north-up, in a projection in metres, window by window.
+
+GDAL's rasters are cells; the value of a cell stands at the cell's centre. A raster of n columns therefore becomes n heights, n - 1 cells
+apart, whose outermost points lie half a cell inside the raster's border.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import InputRefused
+
+Array = NDArray[np.float64]
+
+METRES = ("", "m", "metre", "metres", "meter", "meters")
+HIGHEST = 1e6  # [m]; beyond it, a number is a mark for "no value" whose tag was lost (-3.4e38)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Raster:
+    """A band of a raster file. shape : rows, columns. posting (x, y) [m]. corner : map coordinates of the centre of cell (0, 0) [m].
+
+    scale, offset : height = offset + scale value. bands : how many the file has. crs : WKT; "" for a local frame in metres.
+    """
+
+    path: Path
+    band: int
+    bands: int
+    shape: tuple[int, int]
+    posting: tuple[float, float]
+    corner: tuple[float, float]
+    scale: float
+    offset: float
+    crs: str
+
+    def read(self, rows: tuple[int, int], cols: tuple[int, int]) -> Array:
+        """Heights [m] of rows[0] <= i < rows[1] and cols[0] <= j < cols[1]; NaN = no value.
+
+        Raises
+        ------
+        InputRefused : if the file cannot be read there.
+        """
+        import rasterio
+        from rasterio.errors import RasterioError
+        from rasterio.windows import Window
+
+        try:
+            with rasterio.open(self.path) as raster:
+                window = Window(cols[0], rows[0], cols[1] - cols[0], rows[1] - rows[0])  # type: ignore[call-arg]
+                heights = raster.read(self.band, window=window, masked=True).astype(np.float64).filled(np.nan)
+        except RasterioError as error:
+            raise InputRefused(f"'{self.path}' cannot be read as a raster: {_first_line(error)}") from None
+        if (self.scale, self.offset) != (1.0, 0.0):
+            heights = heights * self.scale + self.offset
+        heights[np.abs(heights) > HIGHEST] = np.nan
+        return heights
+
+
+def open_raster(path: Path, band: int = 1) -> Raster:
+    """Look at a raster and refuse what is no DEM in metres.
+
+    Raises
+    ------
+    InputRefused : for a missing or unreadable file, a band that it lacks, no projection, degrees, another unit than metres (in the plane
+        or in height), a rotated or flipped raster, or less than 2 x 2 heights.
+    """
+    import rasterio
+    from rasterio.errors import RasterioError
+
+    path = Path(path)
+    if not path.is_file():
+        raise InputRefused(f"there is no DEM '{path}'")
+    try:
+        with rasterio.open(path) as raster:
+            if band > raster.count:
+                raise InputRefused(
+                    f"'{path}' has {raster.count} band{'s' * (raster.count != 1)}, so there is no band {band}; choose another"
+                )
+            shape, transform, crs, bands = raster.shape, raster.transform, raster.crs, raster.count
+            scale, offset, unit = raster.scales[band - 1], raster.offsets[band - 1], raster.units[band - 1] or ""
+    except RasterioError as error:
+        raise InputRefused(f"'{path}' cannot be read as a raster: {_first_line(error)}") from None
+    if min(shape) < 2:
+        raise InputRefused(f"'{path}' has {shape[0]} x {shape[1]} heights; at least 2 x 2 are needed")
+    if crs is None:
+        raise InputRefused(f"'{path}' has no projection, so its scale is unknown; assign one (gdal_edit -a_srs)")
+    local = re.match(r'(?:LOCAL_CS|ENGCRS)\[.*UNIT\["([^"]+)",([0-9.eE+-]+)', crs.to_wkt(), re.DOTALL)  # of a scene without projection
+    if not crs.is_projected and local is None:
+        raise InputRefused(f"'{path}' is in degrees, not in metres; project it first (gdalwarp -t_srs)")
+    name, factor = crs.linear_units_factor if local is None else (local.group(1), float(local.group(2)))
+    if abs(factor - 1) > 1e-9:
+        raise InputRefused(f"'{path}' is in {name}, not in metres; project it first (gdalwarp -t_srs)")
+    unit = unit.strip() or _vertical_unit(crs.to_wkt())
+    if unit.lower() not in METRES:
+        raise InputRefused(f"the heights of '{path}' are in {unit}, not in metres; convert them first (gdal_calc, then gdal_edit -units m)")
+    if transform.b != 0 or transform.d != 0 or transform.a <= 0 or transform.e >= 0:
+        raise InputRefused(f"'{path}' is not north-up (rotated or flipped); warp it first (gdalwarp)")
+    return Raster(
+        path=path,
+        band=band,
+        bands=bands,
+        shape=(int(shape[0]), int(shape[1])),
+        posting=(float(transform.a), float(-transform.e)),
+        corner=(float(transform.c + transform.a / 2), float(transform.f + transform.e / 2)),
+        scale=float(scale),
+        offset=float(offset),
+        crs=crs.to_wkt() if local is None else "",
+    )
+
+
+def _vertical_unit(wkt: str) -> str:
+    """Unit of heights that a compound projection names, "" where it names none."""
+    vertical = re.search(r'VERT_?C(?:RS|S)\[.*?(?:LENGTH)?UNIT\["([^"]+)"', wkt, re.DOTALL)
+    return vertical.group(1) if vertical else ""
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error) or type(error).__name__).splitlines()[0]
