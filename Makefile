@@ -63,7 +63,7 @@ demo: build  ## drive the example rover for 60 s over a composed terrain; table,
 	$(BIN)/rille view $(OUT)/demo/rover.db -o $(OUT)/demo
 
 test: build cpp-test sanitize fuzz  ## run all tests
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 cpp-test: build
 	@ctest --test-dir $(CPP) --output-on-failure

@@ -150,10 +150,8 @@ def measure_sweep() -> dict[str, float]:
 
     one, two = least(7, lambda: sweep(1), lambda: sweep(2))
     print(
-        print(
-            f"sweep of {len(LAWS)} laws x {LOADS.size} loads x {SLIPS.size} slips: {1e3 * one:.1f} ms on one core, "
-            f"{1e3 * two:.1f} ms on two (budget 50)\n"
-        )
+        f"sweep of {len(LAWS)} laws x {LOADS.size} loads x {SLIPS.size} slips: {1e3 * one:.1f} ms on one core, "
+        f"{1e3 * two:.1f} ms on two (budget 50)\n"
     )
     return {"sweep_s": one, "sweep_two_threads_s": two}
 

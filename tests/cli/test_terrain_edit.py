@@ -3,6 +3,10 @@
 import json
 import os
 import resource
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -107,3 +111,43 @@ def test_help_gives_an_example(verb):
     assert done.returncode == 0
     assert f"Example: rille terrain {verb} " in done.stdout
     assert "--json" in done.stdout
+
+
+def test_names_may_hold_anything_and_refusals_stay_one_line(scene, tmp_path):
+    """Names with blanks, quotes, line ends and tabs are kept, drawn, and quoted in one line."""
+    names = ["a b", 'x"y', "it's", "a.b", "[x]", "#c", "a\\b", "\u2603", "line\nend", "tab\there", "cr\rhere"]
+    for name in names:
+        assert data("place", scene, "crater", f"--name={name}", "--set", "diameter=2m")["name"] == name
+    assert [e["name"] for e in data("list", scene)["kinds"]["landform"]] == names
+    data("move", scene, "line\nend", "--x", "1", "--picture", tmp_path / "site.png")
+    text = scene.read_bytes()
+    assert_refused(rille("terrain", "move", scene, "line\nends", "--x", "1"), "line end")
+    assert_refused(rille("terrain", "move", scene, "a b", "--by", "1e308,0"), "nearer origin")
+    assert scene.read_bytes() == text
+
+
+def test_a_picture_never_replaces_the_scene(scene):
+    text = scene.read_bytes()
+    assert_refused(rille("terrain", "place", scene, "crater", "--set", "diameter=2m", "--picture", scene), "is no PNG")
+    assert scene.read_bytes() == text
+
+
+def test_a_folder_is_no_new_scene(tmp_path):
+    assert_refused(rille("terrain", "new", ".", cwd=tmp_path), "folder")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_says_that_nothing_is_lost(tmp_path):
+    """SIGINT while 49 million heights are evaluated: one sentence and exit code 130, no file half-written."""
+    scene = tmp_path / "big.toml"
+    scene.write_text('name = "b"\nsoil = "lunar_sourcebook"\n[base]\nkind = "fractal"\nsize = [700, 700]\nposting = 0.1\n')
+    command = [str(Path(sys.executable).with_name("rille")), "terrain", "build", str(scene), "-o", str(tmp_path / "b.npy")]
+    cache = tmp_path / "cache"
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env={**os.environ, "RILLE_CACHE": str(cache)})
+    while child.poll() is None and not list(cache.glob("terrain/*/heights.f64")):
+        time.sleep(0.02)
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=60)
+    assert child.returncode == 130
+    assert said == "rille: interrupted; what was written before is complete\n"
+    assert not list(tmp_path.glob("b.npy*"))

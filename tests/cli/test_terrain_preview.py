@@ -9,6 +9,8 @@ import time
 import pytest
 
 from command import RILLE, assert_refused, rille
+from rille.cli import terrain_preview
+from rille.terrain import surface
 
 SCENE = """name = "yard"
 soil = "lunar_sourcebook"
@@ -121,5 +123,32 @@ def test_watching_draws_again_and_survives_a_broken_scene(scene, tmp_path):
         child.wait()
 
 
+def test_ground_that_was_drawn_is_let_go(scene, tmp_path, monkeypatch):
+    """Heights that stay in their file hold the lock of the scene; watching must not hold it when it evaluates the scene again."""
+    monkeypatch.setattr(surface, "IN_MEMORY", 1000)
+    terrain_preview._drawn(scene, None, {terrain_preview.Kind.SHADE: tmp_path / "yard.png"}, {})
+    with surface.kept(scene) as store:
+        assert store.state
+        assert store.folder.parent == tmp_path / "cache" / "terrain"
+
+
+def test_watching_looks_at_every_file_that_a_scene_names(tmp_path):
+    (tmp_path / "forms").mkdir()
+    scene, form = tmp_path / "scene.toml", tmp_path / "forms" / "bowl.toml"
+    form.write_text("")
+    scene.write_text(
+        'library = ["forms"]\n[base]\nfile = "dem.tif"\n[[population]]\ndensity = { map = "rocks.tif" }\n[[population]]\n'
+        'density = { around = "crater" }\n[[population]]\n'
+    )
+    assert terrain_preview.used_files(scene) == [scene, tmp_path / "dem.tif", tmp_path / "rocks.tif", form]
+
+
 def test_help_has_an_example():
     assert "Example: rille terrain preview" in rille("terrain", "preview", "--help").stdout
+
+
+def test_a_database_without_a_rover_and_a_picture_that_is_none_are_refused(scene, tmp_path):
+    database = tmp_path / "ground.db"
+    assert rille("terrain", "build", scene, "-o", database).returncode == 0
+    assert_refused(rille("terrain", "preview", scene, "--kind", "3d", "--rover", database, "-o", tmp_path / "p.png"), "no rover")
+    assert_refused(rille("terrain", "stats", scene, "--picture", tmp_path / "p.tif"), "p.tif", "PNG")

@@ -242,6 +242,14 @@ def test_100_000_members_are_written_in_a_second_or_two_and_come_back_bit_by_bit
     assert [same(a, b) for a, b in zip(store.read_terrain(database).populations, other.populations, strict=True)] == [True, True]
 
 
+def test_an_update_keeps_the_order_of_populations(database):
+    """The first of two populations changes; they come back in the order of the terrain, not in that of writing."""
+    first, second = replace(population(10, 1), name="first"), replace(population(5, 2), name="second")
+    store.write_terrain(database, big(40, 30, populations=(first, second)))
+    store.update_terrain(database, big(40, 30, populations=(replace(first, scale=2.0), second)), [])
+    assert [(p.name, p.scale) for p in store.read_terrain(database).populations] == [("first", 2.0), ("second", 1.5)]
+
+
 def test_an_empty_population_keeps_its_law(database):
     store.write_terrain(database, big(40, 30, populations=(population(0),)))
     (back,) = store.read_terrain(database).populations

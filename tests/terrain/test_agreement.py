@@ -18,7 +18,7 @@ from machines import cart
 from rille import store
 from rille.model import Pose, Scenario
 from rille.model.rotation import matrix_of
-from rille.terrain import delivery
+from rille.terrain import delivery, height_at
 from rille.terrain.extraction import extract_from_scene, extract_from_terrain
 from rille.view import ground as picture
 
@@ -288,6 +288,30 @@ def test_nothing_floats(pieces, tmp_path, name):
         points = surface_points(obstacle)
         below = points[:, 2] - model.ground_height(np.ascontiguousarray(points[:, :2]))[:, 0]
         assert np.nanmax(below) > 0.1, f"{obstacle.name} is buried"
+
+
+@pytest.mark.parametrize("slope", [0, 20, 35])
+def test_tilted_obstacles_touch_steep_ground(tmp_path, slope):
+    """Drums, beams and rocks, hardly embedded, in every heading: the lowest of their points reaches the ground (to 3 mm: 24 points on a
+    circle of 0.3 m). A drum pitched by 70 deg ended 0.11 m above a slope of 20 deg as long as only the ground at its centre counted."""
+    kinds = (
+        ("cylinder", "[0.3, 1.0]", 'pitch = "70 deg"'),
+        ("box", "[2.0, 0.2, 0.2]", 'pitch = "30 deg"'),
+        ("rock", "[0.9, 0.5, 0.3]", 'roll = "50 deg"'),
+    )
+    blocks = [
+        f'[[obstacle]]\nname = "{kind}{k}"\nkind = "{kind}"\nsize = {size}\nx = {2 * k - 8}\ny = 0\nembedded = 0.0\n'
+        f'heading = "{45 * k} deg"\n{tilt}\n'
+        for kind, size, tilt in kinds
+        for k in range(8)
+    ]
+    path = tmp_path / "steep.toml"
+    base = f'[base]\nkind = "plane"\nslope = "{slope} deg"\nsize = [24, 10]\nposting = 0.5\n'
+    path.write_text('name = "steep"\nsoil = "lunar_sourcebook"\n' + "".join(blocks) + base)
+    terrain = extract_from_scene(path)
+    for obstacle in terrain.obstacles:
+        points = surface_points(obstacle)
+        assert (points[:, 2] - height_at(terrain, points[:, 0], points[:, 1])).min() < 3e-3, obstacle.name
 
 
 def test_the_database_holds_the_soils_that_wheels_meet(pieces, tmp_path):

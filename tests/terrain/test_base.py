@@ -2,6 +2,7 @@
 
 import math
 import tracemalloc
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -130,6 +131,18 @@ def test_the_digest_changes_with_the_heights(tmp_path):
 
 
 # --- fractals ------------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_digest_changes_with_files_that_a_dem_refers_to(tmp_path):
+    """A virtual raster holds no heights itself: other heights in the file that it names are another ground."""
+    raster_file(tmp_path / "heights.tif", hills())
+    rasterio.shutil.copy(tmp_path / "heights.tif", tmp_path / "dem.vrt", driver="VRT")
+    virtual = (tmp_path / "dem.vrt").read_bytes()
+    first = base_of(kind="dem", file=str(tmp_path / "dem.vrt")).base.digest
+    assert base_of(kind="dem", file=str(tmp_path / "dem.vrt")).base.digest == first
+    raster_file(tmp_path / "heights.tif", hills() + 0.25)
+    assert (tmp_path / "dem.vrt").read_bytes() == virtual
+    assert base_of(kind="dem", file=str(tmp_path / "dem.vrt")).base.digest != first
 
 
 @pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8, 0.95])
@@ -344,6 +357,8 @@ def test_dems_that_cannot_be_used_are_refused_in_one_sentence(tmp_path):
         ({"file": write("ok"), "band": 2}, "no band 2"),
         ({"file": write("ok"), "size": [100, 100]}, "beyond the DEM"),
         ({"file": write("ok"), "size": [4, 4], "center": [8, 0], "posting": 0.5}, "beyond the DEM"),
+        ({"file": write("ok"), "origin": [1e18, 0]}, "nearer origin"),
+        ({"file": write("complex", heights.astype("complex64"))}, "complex numbers"),
         ({}, "needs `file`"),
     ]
     for keys, words in cases:
@@ -373,9 +388,22 @@ def test_holes_of_a_large_region_are_not_filled(tmp_path, monkeypatch):
         ({"kind": "fractal", "size": [10, 10], "posting": 1, "detail": {}}, "[base.detail]"),
         ({"kind": "flat", "size": [10, 10], "posting": 0}, "at least one cell"),
         ({"kind": "flat", "size": [1e6, 1e6], "posting": 1}, "larger posting"),
+        ({"kind": "flat", "size": [10, 10], "posting": 1, "center": [1e15, 0]}, "nearer origin"),
+        ({"kind": "plane", "size": [10, 10], "posting": 1, "slope": "90 deg"}, "-89 and 89 deg"),
     ],
 )
 def test_synthetic_bases_are_refused_in_one_sentence(keys, words):
     with pytest.raises(InputRefused) as refusal:
         base_of(**keys)
     assert words in str(refusal.value)
+
+
+def test_a_raster_without_place_is_refused_without_a_warning(tmp_path):
+    """GDAL warns of a raster that says nowhere where it lies; the refusal says it, and nothing else is printed."""
+    file = raster_file(tmp_path / "nowhere.tif", hills(8, 9))
+    with rasterio.open(file, "r+") as raster:
+        raster.transform = Affine(0, 0, 0, 0, 0, 0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputRefused, match="north-up"):
+            base_of(kind="dem", file=str(file))

@@ -1,9 +1,11 @@
 """The recipe of a ground: blending rules, order of age, datums, tiles, turned grids."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rille.model import InputRefused
+from rille.model import InputRefused, Population
 from rille.terrain.base.plane import Plane
 from rille.terrain.composition import compose
 from rille.terrain.crowd import Crowd
@@ -11,6 +13,7 @@ from rille.terrain.grid import Grid, Window
 from rille.terrain.landform import border_weight
 from terrain_forms import BOWL, at, crowd, form
 
+STEEP = replace(BOWL, radial=replace(BOWL.radial, shape=lambda r, state: np.sqrt(np.maximum(1 - r**2, 0.0))))
 GRID = Grid(n_rows=97, n_cols=129, posting_x=0.125, posting_y=0.125, x_west=-8.0, y_north=6.0)
 
 
@@ -109,6 +112,31 @@ def test_the_younger_lies_on_the_older():
     first = ground(at(cut), at(fill), slope=0.0).render(GRID, GRID.whole)[48, 64]
     last = ground(at(fill), at(cut), slope=0.0).render(GRID, GRID.whole)[48, 64]
     assert (first, last) == pytest.approx((1.0, -1.0))
+
+
+def test_a_datum_of_another_grid_is_not_taken():
+    """Between the points of another grid the same plane differs by rounding; a datum that was known there is found anew here."""
+    coarse = Grid(n_rows=49, n_cols=65, posting_x=0.25, posting_y=0.25, x_west=-8.0, y_north=6.0)
+    shifted = Grid(n_rows=160, n_cols=200, posting_x=0.1, posting_y=0.1, x_west=-9.95, y_north=7.95)
+    items = [at(form("replace"), x, 0.3 * x, 0.7, 2.0) for x in (-3.0, -1.0, 0.1, 1.0, 2.0)]
+    base = Plane(slope=0.2, direction=0.3)
+    for one, other in ((coarse, shifted), (shifted, coarse)):
+        _, known = compose(one, base, items, {})
+        assert compose(other, base, items, {}, known)[1] == compose(other, base, items, {})[1]
+
+
+def test_the_window_of_a_population_holds_all_that_it_changes():
+    """Forms whose border lies on points of the grid but for rounding (0.3 m on 0.1 m): nothing outside the window changes by a bit."""
+    grid = Grid(n_rows=200, n_cols=200, posting_x=0.1, posting_y=0.1, x_west=-7.3, y_north=11.9)
+    r = np.random.default_rng(4)
+    for _ in range(200):
+        x, y, radius = (np.round(r.uniform(*span, 1), 1) for span in ((-6.0, 6.0), (-6.0, 8.0), (0.2, 3.0)))
+        drivers = {"radius": radius, "height": np.array([1e9])}
+        many = Crowd(population=Population(name="one", landform="bowl", x=x, y=y, heading=0 * x, drivers=drivers), landform=STEEP)
+        heights = np.zeros(grid.shape)
+        many.stamp(heights, grid, grid.whole)
+        heights[many.window(grid).slices] = 0.0
+        assert not heights.any()
 
 
 def test_a_population_must_be_radial():

@@ -18,6 +18,7 @@ from rasterio.crs import CRS
 
 from machines import LUNAR_SOIL
 from rille.model import InputRefused, MaterialPair, Obstacle, Pose, SoilPatch, Terrain
+from rille.terrain import build
 from rille.terrain.delivery import FORMATS, deliver, find_format, mesh_rows, plan, strips
 from rille.terrain.delivery import appearing as appearing_module
 
@@ -460,3 +461,22 @@ def test_ruts_lie_on_the_map_as_their_terrain_does(tmp_path):
         x, y = 1.5 + 6 * 0.02, 3.25 - 0.02
         c, s = np.cos(0.7), np.sin(0.7)
         assert raster.xy(1, 6) == pytest.approx((1000 + c * x - s * y, 2000 + s * x + c * y), abs=1e-9)
+
+
+def test_what_a_terrain_is_made_of_is_not_written_over(tmp_path):
+    """Neither the scene nor its DEM becomes an output, whatever format is asked for; another file of that name elsewhere may."""
+    dem = tmp_path / "dem.tif"
+    with rasterio.open(dem, "w", driver="GTiff", width=5, height=4, count=1, dtype="float32", crs="EPSG:32633",
+                       transform=rasterio.Affine(1, 0, 500000, 0, -1, 4000000)) as raster:  # fmt: skip
+        raster.write(np.arange(20, dtype=np.float32).reshape(1, 4, 5))
+    scene = tmp_path / "scene.toml"
+    scene.write_text('name = "s"\nsoil = "lunar_sourcebook"\n[base]\nkind = "dem"\nfile = "dem.tif"\n')
+    before = scene.read_bytes(), dem.read_bytes()
+    terrain = build(scene)
+    for file, name in ((scene, "npy"), (dem, "geotiff")):
+        with pytest.raises(InputRefused, match="is made of"):
+            deliver(terrain, plan([tmp_path / "other.npy", file], name))
+    assert (scene.read_bytes(), dem.read_bytes()) == before
+    assert not (tmp_path / "other.npy").exists()
+    (tmp_path / "there").mkdir()
+    assert deliver(terrain, plan([tmp_path / "there" / "dem.tif"]))

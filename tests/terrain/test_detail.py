@@ -245,6 +245,7 @@ def test_detail_that_has_no_room_or_no_law_is_refused(rille_data, tmp_path):
         (clip, {"posting": 0.5, "size": [50, 50], "detail": {"resolution": "2 km"}}, "too few waves"),
         (dem(tmp_path / "flat.tif", np.zeros((64, 64)), 4.0), {"posting": 0.5, "detail": {}}, "no relief"),
         (dem(tmp_path / "small.tif", ground[:12, :12], 4.0), {"posting": 0.5, "detail": {}}, "too few waves"),
+        (dem(tmp_path / "tiny.tif", ground[:2, :3], 4.0), {"posting": 0.5, "detail": {}}, "only 2 x 3 heights"),
         (dem(tmp_path / "noise.tif", noise, 4.0), {"posting": 0.5, "detail": {}}, "unlike any ground"),
     ]
     for file, keys, words in cases:
@@ -252,5 +253,7 @@ def test_detail_that_has_no_room_or_no_law_is_refused(rille_data, tmp_path):
             base_of(file, **keys)
         assert words in str(refusal.value), words
         assert "\n" not in str(refusal.value)
+    with pytest.raises(ValueError, match="strength"):  # endless relief
+        base_of(clip, posting=0.5, size=[50, 50], detail={"strength": math.inf})
     given = base_of(clip, posting=0.5, size=[50, 50], detail={"hurst": 0.8, "resolution": "90 m"})
     assert "f^-3.60 (H = 0.80, given) of the waves above 90 m" in given.notes[0]

@@ -107,6 +107,9 @@ def test_soils_of_the_library_are_physical():
         (FLAT + '[[landform]]\nname = "c"\nlandform = "creter"\nx = 0\ny = 0\n', "did you mean 'crater'"),
         (FLAT + '[[soil_patch]]\nname = "p"\nsoil = "mud"\npolygon = [[0, 0], [1, 0], [0, 1]]\n', "mud"),
         (FLAT + '[[soil_patch]]\nname = "p"\nsoil = "lete_sand"\npolygon = [[0, 0], [1, 0]]\n', "polygon"),
+        (FLAT + '[[soil_patch]]\nname = "p"\nsoil = "lete_sand"\npolygon = [[0, 0], [2, 2], [2, 0], [0, 2]]\n', "crosses itself"),
+        (FLAT + '[[soil_patch]]\nname = "p"\nsoil = "lete_sand"\npolygon = [[0, 0, 0], [1, 0], [0, 1]]\n', "polygon"),
+        (FLAT + '[[landform]]\nname = "c"\nlandform = "crater"\nx = 1e308\ny = 0\ndrivers = { diameter = 2 }\n', "nearer origin"),
         (FLAT.replace("flat", "fractal") + "hurst = 1.5\n", "hurst"),
     ],
 )

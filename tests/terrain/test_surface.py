@@ -94,6 +94,23 @@ def test_an_interruption_loses_nothing(tmp_path):
     assert made(scene, *items, at(form())).tobytes() == fresh(*items, at(form())).tobytes()  # the kept base is complete, too
 
 
+def test_a_process_that_is_killed_loses_what_it_made_in_the_last_second(tmp_path, monkeypatch):
+    """What was on disk when half of the tiles were made is put back, as if the process had ended there: the rest is made, not all. At most
+    two tiles for each processor were under way."""
+    monkeypatch.setattr(surface, "RECORDED", 0.0)
+    monkeypatch.setattr(surface, "TILE", 100)
+    scene, items, base = tmp_path / "scene.toml", [crowd(), at(form("replace"), 2, 2)], Counting()
+    with kept(scene) as store:
+        states = []
+        composition, datums = compose(GRID, base, items, {})
+        evaluate(composition, store, datums, lambda what, fraction: states.append((store.folder / "state.json").read_bytes()))
+        whole = base.asked
+        (store.folder / "state.json").write_bytes(states[len(states) // 2])
+    assert made(scene, *items, base=base).tobytes() == fresh(*items).tobytes()
+    assert base.asked - whole <= 0.55 * whole
+    assert made(scene, *items, at(form())).tobytes() == fresh(*items, at(form())).tobytes()  # the kept base is complete, too
+
+
 def test_a_full_disk_is_one_sentence_and_loses_nothing(tmp_path, monkeypatch):
     scene = tmp_path / "scene.toml"
     made(scene, at(form()))
@@ -116,12 +133,76 @@ def test_a_scene_in_use_is_evaluated_aside(tmp_path):
         assert not (first.folder / "heights.f64").exists()
 
 
+def test_a_disk_that_is_full_for_a_larger_base_leaves_no_empty_ground(tmp_path, monkeypatch):
+    """The room for other ground cannot be had; back at the ground of before, its heights are those of a fresh evaluation, not zeros."""
+    scene = tmp_path / "scene.toml"
+    made(scene, at(form()))
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(os, "posix_fallocate", full)
+        with pytest.raises(InputRefused, match="No space left on device; set RILLE_CACHE"):
+            made(scene, at(form()), base=Plane(slope=0.2))
+    assert made(scene, at(form())).tobytes() == fresh(at(form())).tobytes()
+
+
+def test_killed_while_room_is_made_for_another_base(tmp_path, monkeypatch):
+    """Killed after the files were made anew and before their state was written: the ground of before is evaluated again."""
+    scene = tmp_path / "scene.toml"
+    made(scene, at(form()))
+
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as broken:
+        broken.setattr(surface.Kept, "save", killed)
+        with pytest.raises(KeyboardInterrupt):
+            made(scene, at(form()), base=Plane(slope=0.2))
+    assert made(scene, at(form())).tobytes() == fresh(at(form())).tobytes()
+
+
 def test_what_cannot_be_read_is_made_anew(tmp_path):
+    """A broken state, heights or a base that someone took away."""
     scene = tmp_path / "scene.toml"
     made(scene, at(form()))
     with kept(scene) as store:
         (store.folder / "state.json").write_text("{")
     assert made(scene, at(form())).tobytes() == fresh(at(form())).tobytes()
+    for name in ("heights.f64", "base.f64"):
+        with kept(scene) as store:
+            (store.folder / name).unlink()
+        assert made(scene, at(form(), 1)).tobytes() == fresh(at(form(), 1)).tobytes()
+        made(scene, at(form()))
+
+
+def test_a_region_that_a_killed_process_left_behind_goes(tmp_path, monkeypatch):
+    """Its lock fell with the process; a region that is in use keeps its file, and loses it with its heights."""
+    monkeypatch.setattr(surface, "IN_MEMORY", 1000)
+    composition, _ = compose(GRID, Plane(), [], {})
+    heights = evaluate_aside(composition, GRID)
+    left = heights.path.parent.with_name("region-left")
+    left.mkdir()
+    (left / "lock").touch()
+    with kept(tmp_path / "scene.toml"):
+        pass
+    assert not left.exists()
+    assert not heights[3:5, 7:9].any()
+    folder = heights.path.parent
+    del heights
+    assert not folder.exists()
+
+
+def test_tidying_passes_over_what_is_in_use(tmp_path, monkeypatch):
+    """A scene that is in use stays; an older one that is not goes."""
+    with kept(tmp_path / "old") as old:
+        pass
+    with kept(tmp_path / "used") as used:
+        monkeypatch.setattr(surface, "KEPT_BYTES", -1)
+        made(tmp_path / "new", at(form()))
+        assert used.folder.exists()
+        assert not old.folder.exists()
 
 
 def test_large_ground_stays_in_its_file(tmp_path, monkeypatch):

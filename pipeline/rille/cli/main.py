@@ -4,6 +4,7 @@ import os
 import sys
 
 import typer
+import typer.main
 
 from rille import __version__
 from rille.cli import bench, cad, db, effects, run, soil, terrain, view
@@ -46,7 +47,9 @@ def main() -> None:
 
 def _run() -> int:
     try:
-        result = app(standalone_mode=False)
+        command = typer.main.get_command(app)
+        with command.make_context("rille", sys.argv[1:]) as context:  # its main() would swallow Ctrl-C
+            result = command.invoke(context)
         return result if isinstance(result, int) else DONE
     except InputRefused as refusal:
         return _say(str(refusal), REFUSED)
@@ -70,5 +73,5 @@ def _run() -> int:
 
 
 def _say(sentence: str, code: int) -> int:
-    print(f"rille: {sentence}", file=sys.stderr)
+    print("rille: " + " ".join(sentence.splitlines()), file=sys.stderr)  # names and files that it quotes may hold line ends
     return code

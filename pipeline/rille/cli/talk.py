@@ -12,6 +12,14 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on std
 Force = Annotated[bool, typer.Option("--force", help="Delete what depends on what is replaced.")]
 
 
+def number(text: str) -> float | str:
+    """A bare number is SI; everything else is read as a quantity."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def assignments(texts: Iterable[str] | None, example: str) -> dict[str, str]:
     """``["a=1", "b=2"]`` to ``{"a": "1", "b": "2"}``; what is none is refused with the example."""
     from rille.model import InputRefused

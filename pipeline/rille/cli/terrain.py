@@ -37,8 +37,11 @@ def build(
     Example: rille terrain build examples/terrain/composed.toml -o rover.db -o composed.tif
     """
     from rille import terrain
+    from rille.model import InputRefused
     from rille.terrain import delivery
 
+    if scene.is_dir():
+        raise InputRefused(f"'{scene}' is a folder; name the scene file in it")
     targets = [*(output or [scene.with_suffix(".db")]), *([geotiff] if geotiff is not None else [])]
     databases = [target for target in targets if target.suffix == ".db"]
     files = delivery.plan([target for target in targets if target.suffix != ".db"])

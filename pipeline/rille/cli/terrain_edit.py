@@ -15,7 +15,18 @@ if TYPE_CHECKING:
 
 Scene = Annotated[Path, typer.Argument(help="Scene (TOML).")]
 Name = Annotated[str, typer.Argument(help="Name of what is placed.")]
-Picture = Annotated[Path | None, typer.Option(help="Also draw a map of the edited scene (PNG).")]
+
+
+def _png(picture: Path | None) -> Path | None:
+    """Refuses, before anything is edited, a picture that is no PNG: it could be the scene itself."""
+    from rille.model import InputRefused
+
+    if picture is not None and picture.suffix.lower() != ".png":
+        raise InputRefused(f"the picture '{picture}' is no PNG; name it for example site.png")
+    return picture
+
+
+Picture = Annotated[Path | None, typer.Option(callback=_png, help="Also draw a map of the edited scene (PNG).")]
 
 
 class Base(StrEnum):

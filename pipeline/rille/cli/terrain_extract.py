@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rille.cli.talk import Force, Json, print_json, progress, say
+from rille.cli.talk import Force, Json, number, print_json, progress, say
 from rille.cli.terrain_facts import facts_of, sentence_of, write_database
 
 if TYPE_CHECKING:
@@ -99,14 +99,7 @@ def _numbers(text: str | None, kind: str, count: int, option: str) -> tuple[floa
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != count:
         raise InputRefused(f"{option} is '{text}'; it needs {count} number{'s' * (count > 1)}, separated by commas")
-    return tuple(to_si(_number(part), kind, option) for part in parts)
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
+    return tuple(to_si(number(part), kind, option) for part in parts)
 
 
 def _pair(text: str | None, option: str) -> tuple[float, ...] | None:

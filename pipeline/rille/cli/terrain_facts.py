@@ -35,11 +35,12 @@ def sentence_of(facts: dict[str, Any]) -> str:
     px, py = facts["posting_m"]
     posting = f"{px:g} m" if px == py else f"{px:g} m x {py:g} m"
     several = "".join(f", {count} {name}" for name, count in facts["populations"].items())
+    forms = len(facts["landforms"])
     solid = f", {facts['obstacles']} obstacles" if facts["obstacles"] else ""
     filled = f"; {facts['filled']} heights were missing and are interpolated" if facts["filled"] else ""
     return (
         f"terrain '{facts['terrain']}', {width:g} m x {height:g} m at {posting}, heights {low:.2f} to {high:.2f} m, "
-        f"{len(facts['landforms'])} landforms{several}{solid}, soils {', '.join(facts['soils'])}{filled}"
+        f"{forms} landform{'' if forms == 1 else 's'}{several}{solid}, soils {', '.join(facts['soils'])}{filled}"
     )
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rille.cli.talk import Json, assignments, print_json, progress, say
+from rille.cli.talk import Json, assignments, number, print_json, progress, say
 
 if TYPE_CHECKING:
     from rille.terrain.landform import Driver
@@ -292,11 +292,3 @@ def _default(driver: "Driver") -> str:
 
     text = default_text(driver)
     return text if driver.required or driver.link is not None else f"default {text}"
-
-
-def number(text: str) -> float | str:
-    """A bare number is SI; everything else is read as a quantity."""
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -171,7 +171,10 @@ def _rover(path: Path | None) -> "Rover | None":
         return None
     from rille import store
 
-    return store.read_rover(path)
+    rover = store.read_rover(path)
+    if not rover.parts:
+        raise _refused(f"'{path}' holds no rover to stand on the ground; name a database made by `rille cad build`")
+    return rover
 
 
 def _evaluated(ground: Path, name: str | None, update: Callable[[str, float], None]) -> "Terrain":
@@ -208,9 +211,7 @@ def _watch(ground: Path, name: str | None, targets: dict[Kind, Path], options: d
         before = _stamps(files)
         start = time.perf_counter()
         try:
-            terrain = _evaluated(ground, name, lambda what, fraction: None)
-            facts = draw(terrain, marks_of(terrain, own_folders(ground)), targets, options, lambda what, fraction: None)
-            _tell(facts, as_json)
+            _tell(_drawn(ground, name, targets, options), as_json)
             say(f"drew {', '.join(kind.value for kind in targets)} in {time.perf_counter() - start:.2f} s")
         except InputRefused as refusal:
             say(f"not drawn: {refusal}")
@@ -218,13 +219,22 @@ def _watch(ground: Path, name: str | None, targets: dict[Kind, Path], options: d
             time.sleep(POLL)
 
 
+def _drawn(ground: Path, name: str | None, targets: dict[Kind, Path], options: dict[str, Any]) -> dict[str, Any]:
+    """Evaluate and draw; the ground is let go before the next one, which could not use what is kept of a large one otherwise."""
+    terrain = _evaluated(ground, name, lambda what, fraction: None)
+    return draw(terrain, marks_of(terrain, own_folders(ground)), targets, options, lambda what, fraction: None)
+
+
 def used_files(ground: Path) -> list[Path]:
-    """The scene and the files that it names: its DEM, and everything in folders of its own landforms."""
+    """The scene and the files that it names: its DEM, density maps, and everything in folders of its own landforms."""
     page = _page(ground)
-    base = page.get("base")
-    dem = base.get("file") if isinstance(base, dict) else None
+    named = [(page.get("base"), "file")]
+    populations = page.get("population")
+    for population in populations if isinstance(populations, list) else []:
+        named.append((population.get("density") if isinstance(population, dict) else None, "map"))
+    texts = [table.get(key) for table, key in named if isinstance(table, dict)]
     files = [ground]
-    for path in [*([dem] if isinstance(dem, str) else []), *page.get("library", [])]:
+    for path in [*(text for text in texts if isinstance(text, str)), *page.get("library", [])]:
         files += _below(path, ground)
     return files
 

@@ -144,7 +144,10 @@ def _rough(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
     if base is not None:
         asked = base["asked"]
         median = base["slopes"]["p50_deg"][0]
-        lines.append(f"{'  of the base alone':22}{_hurst(base)}, asked {asked['hurst']:.3f}")
+        second = base["deviogram"]["hurst_second"]
+        recovered = "none" if second is None else f"{second:.3f} by second differences, which tilts and long waves do not move"
+        lines.append(f"{'  of the base alone':22}{_hurst(base)}")
+        lines.append(f"{'':22}{recovered}, asked {asked['hurst']:.3f}")
         over = f"{median:.3f} deg over {base['slopes']['baseline_m'][0]:.3g} m"
         lines.append(f"{'  its median slope':22}{over}, asked {asked['median_slope_deg']:.3f} deg")
     if other is not None:

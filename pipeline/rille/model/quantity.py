@@ -39,7 +39,7 @@ USUAL = {
     ("ms", "s"): 0.001,
     ("Myr", "s"): 1e6 * 365.25 * 86400,
 }
-NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([a-zA-Z].*?)\s*")
+NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([a-zA-Z].*?|1/.*?)\s*")
 
 
 @cache

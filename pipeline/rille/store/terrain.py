@@ -160,17 +160,17 @@ def _write_features(connection: sqlite3.Connection, key: int, terrain: Terrain, 
 
 
 def _write_populations(connection: sqlite3.Connection, key: int, populations: Sequence[Population]) -> None:
-    """Populations and their members; one whose digest is the stored one is left as it is."""
-    stored = {r["name"]: r for r in connection.execute("SELECT id, name, digest FROM landform_population WHERE terrain_id = ?", (key,))}
-    wanted = {population.name: _digest(population) for population in populations}
-    for name, row in stored.items():
-        if wanted.get(name) != row["digest"]:
-            connection.execute("DELETE FROM landform_instance WHERE terrain_id = ? AND population_id = ?", (key, row["id"]))
-            connection.execute("DELETE FROM landform_population WHERE id = ?", (row["id"],))
-    for population in populations:
-        subject, digest = f"population '{population.name}'", wanted[population.name]
-        if population.name in stored and stored[population.name]["digest"] == digest:
-            continue
+    """Populations and their members in their order; those before the first that differs from what is stored are left as they are."""
+    stored = connection.execute("SELECT id, name, digest FROM landform_population WHERE terrain_id = ? ORDER BY id", (key,)).fetchall()
+    wanted = [(population.name, _digest(population)) for population in populations]
+    same = 0
+    while same < min(len(stored), len(wanted)) and (stored[same]["name"], stored[same]["digest"]) == wanted[same]:
+        same += 1
+    for row in stored[same:]:
+        connection.execute("DELETE FROM landform_instance WHERE terrain_id = ? AND population_id = ?", (key, row["id"]))
+        connection.execute("DELETE FROM landform_population WHERE id = ?", (row["id"],))
+    for population, (_, digest) in list(zip(populations, wanted, strict=True))[same:]:
+        subject = f"population '{population.name}'"
         row = {
             "terrain_id": key,
             "name": population.name,

@@ -67,7 +67,7 @@ def write_tiles(
     for level in range(level_count(shape)):
         rows, columns = level_shape(shape, level)
         places = _places(rows, columns, level, asked)
-        read = source if level == 0 else _coarser(connection, key, layer, level, (rows, columns), default, dtype)
+        read = source if level == 0 else _coarser(connection, key, layer, level, default, dtype)
         for count, (row0, col0) in enumerate(places):
             values = read(slice(row0, min(row0 + TILE, rows)), slice(col0, min(col0 + TILE, columns)))
             _put(connection, (key, layer, level, row0, col0), values, default, dtype)
@@ -104,9 +104,7 @@ def _put(connection: sqlite3.Connection, place: tuple[int, str, int, int, int], 
     insert(connection, "terrain_tile", f"a tile of layer '{place[1]}'", row)
 
 
-def _coarser(
-    connection: sqlite3.Connection, key: int, layer: str, level: int, shape: tuple[int, int], default: float, dtype: str
-) -> Source:
+def _coarser(connection: sqlite3.Connection, key: int, layer: str, level: int, default: float, dtype: str) -> Source:
     """Windows of a level from the tiles, just written, of the level below."""
 
     def read(rows: slice, columns: slice) -> Values:

@@ -8,7 +8,7 @@ import hashlib
 import os
 from pathlib import Path
 
-from rille import __version__
+from rille import __version__, _terrain  # pyright: ignore[reportMissingModuleSource]
 from rille.terrain.register import library_folder
 
 
@@ -35,9 +35,10 @@ def writable() -> Path | None:
 
 @functools.cache
 def version() -> str:
-    """What results depend on besides the scene: release, and the code that evaluates."""
+    """What results depend on besides the scene: release, and the code that evaluates, compiled code included."""
     code = hashlib.sha256()
-    for place in (Path(__file__).parent, library_folder()):
-        for file in sorted(place.rglob("*.py")):
+    package = Path(__file__).parent
+    for place in (package, package.parent / "model", library_folder(), Path(_terrain.__file__)):
+        for file in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
             code.update(f"{file.name} {file.stat().st_mtime_ns} {file.stat().st_size}".encode())
     return f"rille {__version__} {code.hexdigest()[:16]}"

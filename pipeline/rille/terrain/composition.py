@@ -73,7 +73,7 @@ def compose(
     for item in items:
         if isinstance(item, Placed):
             if item.needs_datum:
-                key = _context(base, done, item)
+                key = _context(grid, base, done, item)
                 datum = (known or {}).get(key)
                 item = replace(item, datum=item.stand(_ground(grid, base, kept, done, *item.ring())) if datum is None else datum)
                 datums[key] = item.datum
@@ -108,12 +108,12 @@ def _on(items: Iterable[Item], heights: Array, x: Array, y: Array) -> Array:
     return heights
 
 
-def _context(base: Base, below: list[Item], item: Placed) -> str:
-    """What the datum of an item depends on: the base, the item, and what lies below it at its footprint."""
+def _context(grid: Grid, base: Base, below: list[Item], item: Placed) -> str:
+    """What the datum of an item depends on: the base and where its heights stand, the item, and what lies below it at its footprint."""
     x, y = item.ring()
     box = Grid(n_rows=2, n_cols=2, posting_x=float(np.ptp(x)), posting_y=float(np.ptp(y)), x_west=float(x.min()), y_north=float(y.max()))
     reach = [other.digest for other in below if _touches(other, box)]
-    return "|".join([base.digest, item.digest, *reach])
+    return "|".join([repr(grid), base.digest, item.digest, *reach])
 
 
 def _touches(item: Item, box: Grid) -> bool:

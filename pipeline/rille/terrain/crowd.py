@@ -52,17 +52,17 @@ class Crowd:
         return self.landform.radial
 
     def window(self, grid: Grid) -> Window:
-        """The values of a grid that it may change."""
+        """The values of a grid that it may change; one more on each side, for what rounding puts on the border."""
         if len(self.population.x) == 0:
             return Window(row0=0, row1=0, col0=0, col1=0)
         x, y = grid.from_scene(self.population.x, self.population.y)
         low, high = (x - self.reaches).min(), (x + self.reaches).max()
         south, north = (y - self.reaches).min(), (y + self.reaches).max()
         return Window(
-            row0=int(np.clip(np.ceil((grid.y_north - north) / grid.posting_y), 0, grid.n_rows)),
-            row1=int(np.clip(np.floor((grid.y_north - south) / grid.posting_y) + 1, 0, grid.n_rows)),
-            col0=int(np.clip(np.ceil((low - grid.x_west) / grid.posting_x), 0, grid.n_cols)),
-            col1=int(np.clip(np.floor((high - grid.x_west) / grid.posting_x) + 1, 0, grid.n_cols)),
+            row0=int(np.clip(np.ceil((grid.y_north - north) / grid.posting_y) - 1, 0, grid.n_rows)),
+            row1=int(np.clip(np.floor((grid.y_north - south) / grid.posting_y) + 2, 0, grid.n_rows)),
+            col0=int(np.clip(np.ceil((low - grid.x_west) / grid.posting_x) - 1, 0, grid.n_cols)),
+            col1=int(np.clip(np.floor((high - grid.x_west) / grid.posting_x) + 2, 0, grid.n_cols)),
         )
 
     def stamp(self, heights: Array, grid: Grid, window: Window, threads: int = 1) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rille.model import Terrain
 from rille.terrain.composition import Composition
 from rille.terrain.grid import Grid, Window
-from rille.terrain.region import MapFrame, Region, ResampledSurface, make_region, own_points, terrain_of_region
+from rille.terrain.region import MapFrame, Region, ResampledSurface, grid_of, make_region, own_points, terrain_of_region
 from rille.terrain.register import landforms
 from rille.terrain.scene import composed, terrain_of
 from rille.terrain.surface import IN_MEMORY, evaluate, evaluate_aside
@@ -66,16 +66,7 @@ def extract_from_terrain(terrain: Terrain, *, name: str | None = None, **where: 
     ------
     InputRefused : for a region that cannot be.
     """
-    n_rows, n_cols = terrain.heights.shape
-    grid = Grid(
-        n_rows=n_rows,
-        n_cols=n_cols,
-        posting_x=terrain.posting_x,
-        posting_y=terrain.posting_y,
-        x_west=terrain.x_west,
-        y_north=terrain.y_north,
-    )
-    region = make_region(grid, MapFrame(origin=terrain.map_origin[:2], heading=terrain.map_heading), **where)
+    region = make_region(grid_of(terrain), MapFrame(origin=terrain.map_origin[:2], heading=terrain.map_heading), **where)
     surface = ResampledSurface(terrain, region.grid)
     heights = surface[:, :] if region.grid.n_rows * region.grid.n_cols <= IN_MEMORY else surface
     return terrain_of_region(terrain, region, heights, register=landforms(), name=name, filled=_marks(terrain, region))

@@ -6,7 +6,31 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.model import InputRefused
+from rille.model.quantity import to_si
+
 Array = NDArray[np.float64]
+
+FARTHEST = 1e9  # [m] from the origin; beyond it, distances below a micrometre are lost
+
+
+def cosine_sine(angle: float) -> tuple[float, float]:
+    """Cosine and sine of an angle [rad], exactly 0 and +-1 for quarter turns, so that what is turned by one lands on the same points."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return (0.0 if abs(cosine) < 1e-15 else cosine), (0.0 if abs(sine) < 1e-15 else sine)
+
+
+def place_of(value: float | int | str, what: str) -> float:
+    """A coordinate [m] of a scene; ``what`` names it.
+
+    Raises
+    ------
+    InputRefused : if it is no length, or so far away that the distance of neighbouring heights would be lost beside it.
+    """
+    place = to_si(value, "length", what)
+    if abs(place) > FARTHEST:
+        raise InputRefused(f"{what} is {place:g} m; it must lie between -{FARTHEST:g} and {FARTHEST:g} m: measure it from a nearer origin")
+    return place
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +115,7 @@ class Grid:
         """From the grid's frame to W [m]."""
         if self.aligned:
             return np.asarray(x, np.float64), np.asarray(y, np.float64)
-        cosine, sine = math.cos(self.heading), math.sin(self.heading)
+        cosine, sine = cosine_sine(self.heading)
         return self.origin[0] + cosine * x - sine * y, self.origin[1] + sine * x + cosine * y
 
     def from_scene(self, x: Array | float, y: Array | float) -> tuple[Array, Array]:
@@ -99,7 +123,7 @@ class Grid:
         x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
         if self.aligned:
             return x, y
-        cosine, sine = math.cos(self.heading), math.sin(self.heading)
+        cosine, sine = cosine_sine(self.heading)
         dx, dy = x - self.origin[0], y - self.origin[1]
         return cosine * dx + sine * dy, cosine * dy - sine * dx
 

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from rille.model import InputRefused, Obstacle, Pose, Terrain
 from rille.model.quantity import to_si
+from rille.model.rotation import matrix_of
 from rille.model.sheet import Sheet
 from rille.terrain.dem import height_at
 
@@ -21,7 +22,8 @@ class ObstacleSheet(Sheet):
     """[[obstacle]]: a rock or block that does not move.
 
     size : box: three lengths; sphere: radius; cylinder: radius and height; rock: three diameters of an irregular hull (``seed``).
-    embedded : share of its height that lies below the ground there. z : height of its centre instead. roll, pitch : its tilt.
+    embedded : share of its height that lies below the ground at its centre; it lies deeper where it would not touch the ground at all.
+    z : height of its centre instead. roll, pitch : its tilt.
     """
 
     name: str = Field(min_length=1)
@@ -75,10 +77,29 @@ def place_obstacle(sheet: ObstacleSheet, terrain: Terrain) -> Obstacle:
             raise InputRefused(f"{subject} stands at x = {x:g} m, y = {y:g} m, off the map or on a missing height; move it")
         low, high = _extent(sheet.kind, size, vertices, rotation)
         z = ground - low - sheet.embedded * (high - low)
+        skin = _skin(sheet.kind, size, vertices) @ matrix_of(rotation).T
+        touching = height_at(terrain, x + skin[:, 0], y + skin[:, 1]) - skin[:, 2]  # its z where that point meets the ground
+        if np.isfinite(touching).any():
+            z = min(z, float(np.nanmax(touching)))  # a tilted one may end where the ground is lower than at its centre
     pose = Pose(position=(x, y, z), rotation=rotation)
     if vertices is not None:
         return Obstacle(name=sheet.name, kind="hull", pose=pose, vertices=vertices, material=sheet.material)
     return Obstacle(name=sheet.name, kind=sheet.kind, pose=pose, size=size, material=sheet.material)  # type: ignore[arg-type]
+
+
+def _skin(kind: str, size: tuple[float, ...], vertices: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Points (n, 3) [m] of its surface, from its centre, close enough to find where it first meets the ground."""
+    if vertices is not None:
+        return vertices
+    if kind == "box":
+        steps = np.linspace(-0.5, 0.5, 9)
+        return np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3) * np.array(size)
+    around, along = np.meshgrid(np.linspace(0.0, math.tau, 97), np.linspace(-1.0, 1.0, 17))
+    if kind == "cylinder":
+        rings = [np.stack([share * np.cos(around), share * np.sin(around), along], axis=-1) for share in (0.0, 0.5, 1.0)]
+        return np.concatenate(rings).reshape(-1, 3) * np.array([size[0], size[0], size[1] / 2])
+    ring = np.sqrt(1.0 - along**2)
+    return size[0] * np.stack([ring * np.cos(around), ring * np.sin(around), along], axis=-1).reshape(-1, 3)
 
 
 def _quaternion(roll: float, pitch: float, heading: float) -> tuple[float, float, float, float]:

@@ -2,19 +2,19 @@
 
 import hashlib
 import json
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import LandformInstance, Population
-from rille.terrain.grid import Grid, Window
+from rille.terrain.grid import Grid, Window, cosine_sine
 from rille.terrain.landform import Landform, border_weight
 
 Array = NDArray[np.float64]
 
 RING = 64  # points around an outline at which the ground below is asked for
+FINEST = 2.0**30  # parts of a cell to which positions are taken on a grid: decimal numbers of metres are no whole cells otherwise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,12 +97,13 @@ class Placed:
     def stamp(self, heights: Array, grid: Grid, window: Window) -> None:
         """Change ``heights`` of a window of a grid, in place.
 
-        Coordinates are formed relative to the landform, so a shift by whole cells gives the same bytes, and so does any tiling.
+        Coordinates are formed relative to the landform, so a shift by whole cells gives the same bytes, and so does any tiling. Its
+        place on the grid is rounded to 2^-30 of a cell: 1.1 m is not 11 times 0.1 m, and a vertical face would jump by a cell.
         """
         mine = self.window(grid).meet(window)
         if mine.empty:
             return
-        column, row = (float(v) for v in grid.index(self.instance.x, self.instance.y))
+        column, row = (round(float(v) * FINEST) / FINEST for v in grid.index(self.instance.x, self.instance.y))
         dx = (np.arange(mine.col0, mine.col1, dtype=np.float64) - column)[None, :] * grid.posting_x
         dy = (row - np.arange(mine.row0, mine.row1, dtype=np.float64))[:, None] * grid.posting_y
         part = heights[mine.row0 - window.row0 : mine.row1 - window.row0, mine.col0 - window.col0 : mine.col1 - window.col0]
@@ -114,7 +115,7 @@ class Placed:
 
     def _on(self, ground: Array, dx: Array, dy: Array, turn: float, frame: float) -> Array:
         """The ground with the landform on it. dx, dy [m] from its origin, in axes turned by ``frame`` against W."""
-        cosine, sine = math.cos(turn), math.sin(turn)
+        cosine, sine = cosine_sine(turn)
         scale, drivers = self.instance.scale, self.instance.drivers
         x, y = (cosine * dx + sine * dy) / scale, (cosine * dy - sine * dx) / scale
         half_x, half_y = self.landform.footprint(drivers)
@@ -125,7 +126,7 @@ class Placed:
             return ground + profile
         if blend == "max":
             return np.where(inside & (profile > 0), np.maximum(ground, self.datum.z + profile), ground)
-        c, s = math.cos(frame), math.sin(frame)
+        c, s = cosine_sine(frame)
         plane = self.datum.z + self.datum.gx * (c * dx - s * dy) + self.datum.gy * (s * dx + c * dy)
         fade = self.landform.weight
         weight = border_weight(x, y, half_x, half_y) if fade is None else fade(x, y, drivers)
@@ -160,5 +161,5 @@ class Placed:
         return np.column_stack(self._to_scene(corners[:, 0], corners[:, 1]))
 
     def _to_scene(self, x: Array, y: Array) -> tuple[Array, Array]:
-        cosine, sine = math.cos(self.instance.heading), math.sin(self.instance.heading)
+        cosine, sine = cosine_sine(self.instance.heading)
         return self.instance.x + cosine * x - sine * y, self.instance.y + sine * x + cosine * y

@@ -51,11 +51,6 @@ class RadialTable:
         """Hand the table to the compiled loop."""
         object.__setattr__(self, "shapes", RadialShapes(knots=np.array(self.knots), counts=self.counts, cells=self.cells))
 
-    @property
-    def n_cells(self) -> int:
-        """Cells of a row."""
-        return int(self.counts.sum())
-
     def position(self, state: Array) -> Array:
         """Index into the rows, with fractions, of states in [0, 1]."""
         state = np.clip(state, 0.0, 1.0)

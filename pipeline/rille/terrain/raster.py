@@ -5,6 +5,7 @@ apart, whose outermost points lie half a cell inside the raster's border.
 """
 
 import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,10 +24,12 @@ HIGHEST = 1e6  # [m]; beyond it, a number is a mark for "no value" whose tag was
 class Raster:
     """A band of a raster file. shape : rows, columns. posting (x, y) [m]. corner : map coordinates of the centre of cell (0, 0) [m].
 
-    scale, offset : height = offset + scale value. bands : how many the file has. crs : WKT; "" for a local frame in metres.
+    beside : other files that its values depend on (data beside a header, sources of a VRT, masks). scale, offset : height = offset +
+    scale value. bands : how many the file has. crs : WKT; "" for a local frame in metres.
     """
 
     path: Path
+    beside: tuple[Path, ...]
     band: int
     bands: int
     shape: tuple[int, int]
@@ -68,18 +71,24 @@ def open_raster(path: Path, band: int = 1) -> Raster:
         or in height), a rotated or flipped raster, or less than 2 x 2 heights.
     """
     import rasterio
-    from rasterio.errors import RasterioError
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     path = Path(path)
     if not path.is_file():
         raise InputRefused(f"there is no DEM '{path}'")
     try:
-        with rasterio.open(path) as raster:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # refused below, in words
+            raster = rasterio.open(path)
+        with raster:
             if band > raster.count:
                 raise InputRefused(
                     f"'{path}' has {raster.count} band{'s' * (raster.count != 1)}, so there is no band {band}; choose another"
                 )
+            if raster.dtypes[band - 1].startswith("complex"):
+                raise InputRefused(f"'{path}' holds complex numbers; a DEM needs real heights: choose another file or band")
             shape, transform, crs, bands = raster.shape, raster.transform, raster.crs, raster.count
+            beside = tuple(file for file in map(Path, sorted(raster.files)) if file.suffix != ".ovr" and file.is_file() and file != path)
             scale, offset, unit = raster.scales[band - 1], raster.offsets[band - 1], raster.units[band - 1] or ""
     except RasterioError as error:
         raise InputRefused(f"'{path}' cannot be read as a raster: {_first_line(error)}") from None
@@ -100,6 +109,7 @@ def open_raster(path: Path, band: int = 1) -> Raster:
         raise InputRefused(f"'{path}' is not north-up (rotated or flipped); warp it first (gdalwarp)")
     return Raster(
         path=path,
+        beside=beside,
         band=band,
         bands=bands,
         shape=(int(shape[0]), int(shape[1])),

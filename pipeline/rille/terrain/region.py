@@ -216,6 +216,19 @@ def _with_border(outline: Array, posting: float) -> Array:
     return np.array(grown.exterior.coords)[:-1]
 
 
+def grid_of(terrain: Terrain) -> Grid:
+    """The grid of a terrain, in its own frame."""
+    n_rows, n_cols = terrain.heights.shape
+    return Grid(
+        n_rows=n_rows,
+        n_cols=n_cols,
+        posting_x=terrain.posting_x,
+        posting_y=terrain.posting_y,
+        x_west=terrain.x_west,
+        y_north=terrain.y_north,
+    )
+
+
 def own_points(scene: Grid, grid: Grid) -> tuple[int, int] | None:
     """Row and column of a scene at which a grid begins whose points are all the scene's; None if they are not."""
     column, row = (grid.x_west - scene.x_west) / scene.posting_x, (scene.y_north - grid.y_north) / scene.posting_y
@@ -246,16 +259,7 @@ class ResampledSurface:
     def __init__(self, terrain: Terrain, grid: Grid) -> None:
         self._terrain, self._grid = terrain, grid
         self.shape = grid.shape
-        n_rows, n_cols = terrain.heights.shape
-        scene = Grid(
-            n_rows=n_rows,
-            n_cols=n_cols,
-            posting_x=terrain.posting_x,
-            posting_y=terrain.posting_y,
-            x_west=terrain.x_west,
-            y_north=terrain.y_north,
-        )
-        self._shift = own_points(scene, grid)
+        self._shift = own_points(grid_of(terrain), grid)
 
     def __getitem__(self, window: tuple[slice, slice]) -> Array:
         """Heights [m] of rows and columns."""

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -71,16 +71,22 @@ def arc_coordinates(x: Array, y: Array, curvature: float) -> tuple[Array, Array]
     return along, side * (radius - np.hypot(x, radius - side * y))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class CentreLine:
-    """A curve sampled densely: s, x, y [m], direction [rad], curvature [1/m], each (n,); ``tree`` finds the nearest sample."""
+    """A curve sampled densely: s, x, y [m], direction [rad], curvature [1/m], each (n,)."""
 
     s: Array
     x: Array
     y: Array
     direction: Array
     curvature: Array
-    tree: Any
+
+    @cached_property
+    def tree(self) -> Any:
+        """Finds the nearest sample."""
+        from scipy.spatial import KDTree
+
+        return KDTree(np.column_stack([self.x, self.y]))
 
     def coordinates(self, x: Array, y: Array, reach: float) -> tuple[Array, Array]:
         """Place along the line and distance from it [m] of points; inf beyond ``reach``.
@@ -127,19 +133,19 @@ def meander_angle(wavelength: float, amplitude: float) -> float:
     Langbein & Leopold 1966 (direction = omega cos(2 pi s / M)); wavelength = M J0(omega), twice the amplitude = M H0(omega) / 2 with
     the Struve function H0 (Mecklenburg & Jayakaran 2012). omega is below 90 degrees, where the curve would turn back.
     """
-    from scipy.optimize import brentq
     from scipy.special import j0, struve
 
     if amplitude == 0.0:
         return 0.0
-    found: Any = brentq(lambda w: struve(0, w) - 4 * amplitude / wavelength * j0(w), 0.0, math.pi / 2, xtol=1e-14)
-    return float(found)
+    low, high = 0.0, math.pi / 2
+    while low < (middle := (low + high) / 2) < high:  # bisection: the ratio grows with omega
+        low, high = (middle, high) if struve(0, middle) < 4 * amplitude / wavelength * j0(middle) else (low, middle)
+    return high
 
 
 @lru_cache(maxsize=16)
 def meander(length: float, wavelength: float, amplitude: float) -> CentreLine:
     """Sine-generated curve through the origin, from x = -length/2 to length/2 [m]; see :func:`meander_angle`."""
-    from scipy.spatial import KDTree
     from scipy.special import j0
 
     omega = meander_angle(wavelength, amplitude)
@@ -165,5 +171,4 @@ def meander(length: float, wavelength: float, amplitude: float) -> CentreLine:
         y=ys,
         direction=omega * np.cos(2 * np.pi * s / path),
         curvature=-omega * (2 * np.pi / path) * np.sin(2 * np.pi * s / path),
-        tree=KDTree(np.column_stack([xs, ys])),
     )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from rille.terrain.base import BaseSheet, Ground, make_base
 from rille.terrain.composition import Composition, Item, compose
 from rille.terrain.crowd import Crowd
 from rille.terrain.dem import height_at
-from rille.terrain.grid import Grid
+from rille.terrain.grid import Grid, place_of
 from rille.terrain.landform import Landform
 from rille.terrain.obstacle import ObstacleSheet, place_obstacle
 from rille.terrain.placed import Placed
@@ -73,7 +73,7 @@ class PatchSheet(Sheet):
 
     name: str = Field(min_length=1)
     soil: str
-    polygon: list[Pair] = Field(min_length=3)
+    polygon: list[Annotated[Pair, pair()]] = Field(min_length=3)
 
 
 class PairSheet(Sheet):
@@ -303,8 +303,18 @@ def _soil(name: str, known: dict[str, Soil], subject: str) -> str:
 
 def _patch(sheet: PatchSheet, known: dict[str, Soil]) -> SoilPatch:
     subject = f"soil patch '{sheet.name}'"
-    corners = tuple((to_si(x, "length", f"polygon of {subject}"), to_si(y, "length", f"polygon of {subject}")) for x, y in sheet.polygon)
+    what = f"polygon of {subject}"
+    corners = tuple((place_of(x, what), place_of(y, what)) for x, y in sheet.polygon)
+    _simple(corners, f"the {what}")
     return SoilPatch(name=sheet.name, soil=_soil(sheet.soil, known, subject), polygon=corners)
+
+
+def _simple(corners: tuple[tuple[float, float], ...], what: str) -> None:
+    import shapely
+
+    shape = shapely.Polygon(corners)
+    if not shape.is_valid or shape.area == 0:
+        raise InputRefused(f"{what} crosses itself or has no area; list its corners in order around it")
 
 
 def _instance(sheet: LandformSheet, register: Register, known: dict[str, Soil]) -> LandformInstance:
@@ -315,8 +325,8 @@ def _instance(sheet: LandformSheet, register: Register, known: dict[str, Soil]) 
     return LandformInstance(
         name=sheet.name,
         landform=sheet.landform,
-        x=to_si(sheet.x, "length", f"x of {subject}"),
-        y=to_si(sheet.y, "length", f"y of {subject}"),
+        x=place_of(sheet.x, f"x of {subject}"),
+        y=place_of(sheet.y, f"y of {subject}"),
         heading=to_si(sheet.heading, "angle", f"heading of {subject}"),
         scale=sheet.scale,
         drivers=landform.values(dict(sheet.drivers), subject),

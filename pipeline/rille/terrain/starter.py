@@ -32,6 +32,8 @@ def new_scene(
     ------
     InputRefused : if the file exists, cannot be written, or the base cannot be made.
     """
+    if not scene.name or scene.is_dir():
+        raise InputRefused(f"'{scene}' is a folder; name the scene file to be written, for example {scene / 'site.toml'}")
     if (base == "dem") != (dem is not None):
         raise InputRefused(f"the base is '{base}'" + (" and needs its file: --dem FILE" if base == "dem" else "; --dem needs --base dem"))
     text = "\n".join([*_head(name or scene.stem, soil), "", *_base(base, size, posting, dem), *_TAIL])

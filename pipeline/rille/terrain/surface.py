@@ -12,6 +12,7 @@ import json
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -34,6 +35,7 @@ Progress = Callable[[str, float], None]
 TILE = 512  # rows and columns that are evaluated at a time
 IN_MEMORY = 25_000_000  # heights; more stay in their file
 BASE_KEPT = 40_000_000  # heights; of larger scenes the base is evaluated again where it is needed
+RECORDED = 1.0  # [s] after which what is left to be made is written down again, for the case that the process is killed
 KEPT_BYTES = 6 * 1024**3  # of all scenes together; what was not used for longest goes first
 
 
@@ -73,8 +75,9 @@ class Kept:
 
     def base(self, composed_of: str, grid: Grid) -> "HeightFile | None":
         """Heights of the base with this digest on this grid, if they are kept."""
+        path = self.folder / "base.f64"
         known = self.state.get("based") and self.state.get("base") == composed_of and self.state.get("grid") == _facts(grid)
-        return HeightFile(self.folder / "base.f64", grid.shape) if known else None
+        return HeightFile(path, grid.shape) if known and _whole(path, grid) else None
 
     def save(self) -> None:
         """Write the state; it appears complete or not at all."""
@@ -94,7 +97,7 @@ def kept(scene: Path) -> Iterator[Kept]:
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / "lock").open("w")
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        os.utime(folder)
+        os.utime(folder)  # fails if the folder was tidied away meanwhile
     except (OSError, RuntimeError):
         temporary = tempfile.TemporaryDirectory(prefix="rille-terrain-")
         folder, lock = Path(temporary.name), temporary
@@ -109,6 +112,7 @@ def kept(scene: Path) -> Iterator[Kept]:
     finally:
         if not store.in_use:
             lock.cleanup() if temporary else lock.close()
+        store.lock = None  # of a surface in use, the surface holds it
         _tidy(keep=folder)
 
 
@@ -129,27 +133,31 @@ def evaluate(composition: Composition, store: Kept, datums: dict[str, Datum], pr
     ------
     InputRefused : if the heights cannot be written (a full disk); what was made before is kept.
     """
+    grid = composition.grid
     manifest = {
         "version": cache.version(),
-        "grid": _facts(composition.grid),
+        "grid": _facts(grid),
         "base": composition.base.digest,
-        "items": [[item.digest, _numbers(item.window(composition.grid))] for item in composition.items],
+        "items": [[item.digest, _numbers(item.window(grid))] for item in composition.items],
         "datums": {key: {"z": d.z, "gx": d.gx, "gy": d.gy} for key, d in datums.items()},
     }
     state = store.state
-    same = all(state.get(name) == manifest[name] for name in ("version", "grid", "base")) and (store.folder / "heights.f64").is_file()
-    tiles = composition.grid.tiles(TILE)
+    same = all(state.get(name) == manifest[name] for name in ("version", "grid", "base")) and _whole(store.folder / "heights.f64", grid)
+    tiles = grid.tiles(TILE)
     if same:
         changed = _changed(state["items"], manifest["items"])
         todo = [w for w in (Window(**dict(zip(_SIDES, numbers, strict=True))) for numbers in state["todo"] + changed) if not w.empty]
-        based = state["based"]
+        based = state["based"] and _whole(store.folder / "base.f64", grid)
     else:
-        todo, based = [composition.grid.whole], False
-    pieces = [tile.meet(window) for tile in tiles for window in _merged(todo)]
+        todo, based = [grid.whole], False
+    todo = _merged(todo)
+    pieces = [tile.meet(window) for tile in tiles for window in todo]
     pieces = [piece for piece in pieces if not piece.empty]
-    keep_base = composition.grid.n_rows * composition.grid.n_cols <= BASE_KEPT
+    keep_base = grid.n_rows * grid.n_cols <= BASE_KEPT
     try:
-        _reserve(store.folder, composition.grid, fresh=not same, base=keep_base)
+        if not same:  # whatever happens from here on, nothing says that the new, empty files hold the old ground
+            (store.folder / "state.json").unlink(missing_ok=True)
+        _reserve(store.folder, grid, fresh=not same, base=keep_base)
         store.state = {**manifest, "todo": [_numbers(piece) for piece in pieces], "based": based}
         store.save()
         _make(composition, store, pieces, based, keep_base, progress or (lambda what, fraction: None))
@@ -158,10 +166,10 @@ def evaluate(composition: Composition, store: Kept, datums: dict[str, Datum], pr
             f"the heights of the terrain cannot be written to '{store.folder}': {error}; set RILLE_CACHE to a folder with room"
         ) from None
     path = store.folder / "heights.f64"
-    if composition.grid.n_rows * composition.grid.n_cols <= IN_MEMORY:
-        return np.fromfile(path, np.float64).reshape(composition.grid.shape)
+    if grid.n_rows * grid.n_cols <= IN_MEMORY:
+        return np.fromfile(path, np.float64).reshape(grid.shape)
     store.in_use = True
-    return HeightFile(path, composition.grid.shape, store.lock)
+    return HeightFile(path, grid.shape, store.lock)
 
 
 def evaluate_aside(composition: Composition, grid: Grid, progress: Progress | None = None) -> Surface:
@@ -176,7 +184,9 @@ def evaluate_aside(composition: Composition, grid: Grid, progress: Progress | No
         return heights
     try:
         folder = tempfile.TemporaryDirectory(prefix="region-", dir=cache.writable())
-        path = Path(folder.name) / "heights.f64"
+        path, lock = Path(folder.name) / "heights.f64", (Path(folder.name) / "mine").open("w")
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        Path(lock.name).rename(path.with_name("lock"))  # locked from the moment on that others can see it
         with path.open("wb") as file:
             file.truncate(8 * grid.n_rows * grid.n_cols)
             for count, (tile, values, _) in enumerate(_rendered(composition, grid, tiles, None)):
@@ -184,7 +194,7 @@ def evaluate_aside(composition: Composition, grid: Grid, progress: Progress | No
                 say("evaluating", (count + 1) / len(tiles))
     except OSError as error:
         raise InputRefused(f"the heights of the region cannot be written: {error}; set RILLE_CACHE to a folder with room") from None
-    return HeightFile(path, grid.shape, folder)
+    return HeightFile(path, grid.shape, (folder, lock))
 
 
 def _make(composition: Composition, store: Kept, pieces: list[Window], based: bool, keep_base: bool, say: Progress) -> None:
@@ -192,21 +202,29 @@ def _make(composition: Composition, store: Kept, pieces: list[Window], based: bo
     base_path = store.folder / "base.f64"
     known = HeightFile(base_path, grid.shape) if based and keep_base else None
     left = {_key(piece): piece for piece in pieces}
+
+    def record() -> None:
+        store.state["todo"] = [_numbers(piece) for piece in left.values()]
+        store.state["based"] = keep_base and (based or not left)
+        store.save()
+
     with contextlib.ExitStack() as files:
         heights = files.enter_context((store.folder / "heights.f64").open("r+b")).fileno()
         bases = files.enter_context(base_path.open("r+b")).fileno() if keep_base and known is None else None
         try:
+            recorded = time.monotonic()
             for count, (piece, values, base) in enumerate(_rendered(composition, grid, pieces, known)):
                 _write(heights, grid, piece, values)
                 if bases is not None:
                     _write(bases, grid, piece, base)
                 del left[_key(piece)]
+                if time.monotonic() - recorded >= RECORDED:
+                    record()
+                    recorded = time.monotonic()
                 say("evaluating the ground", (count + 1) / len(pieces))
         finally:
-            store.state["todo"] = [_numbers(piece) for piece in left.values()]
-            store.state["based"] = keep_base and (based or not left)
             with contextlib.suppress(OSError):
-                store.save()
+                record()
 
 
 def _rendered(
@@ -259,6 +277,13 @@ def _reserve(folder: Path, grid: Grid, *, fresh: bool, base: bool) -> None:
                 os.posix_fallocate(file.fileno(), 0, size)
 
 
+def _whole(path: Path, grid: Grid) -> bool:
+    """True if a file has the size of a grid's heights."""
+    with contextlib.suppress(OSError):
+        return path.stat().st_size == 8 * grid.n_rows * grid.n_cols
+    return False
+
+
 def _changed(before: list[Any], now: list[Any]) -> list[list[int]]:
     """Windows of items that came, went, or changed their place in the order."""
     old, new = [i[0] for i in before], [i[0] for i in now]
@@ -306,14 +331,21 @@ def _facts(grid: Grid) -> list[float]:
 
 
 def _tidy(keep: Path) -> None:
-    """Drop the scenes that were not used for longest, if all together take too much room."""
+    """Drop regions of processes that were killed, and, if all together take too much room, the scenes that were not used for longest."""
     with contextlib.suppress(OSError, RuntimeError):
+        for folder in cache.folder().glob("region-*"):
+            _drop(folder)
         folders = sorted((f for f in cache.folder().iterdir() if (f / "lock").is_file()), key=lambda f: f.stat().st_mtime, reverse=True)
         used = 0
         for folder in folders:
             used += sum(file.stat().st_size for file in folder.iterdir() if file.is_file())
             if used <= KEPT_BYTES or folder == keep:
                 continue
-            with (folder / "lock").open("w") as lock:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(folder)
+            _drop(folder)
+
+
+def _drop(folder: Path) -> None:
+    """Remove a folder, unless it is in use."""
+    with contextlib.suppress(OSError), (folder / "lock").open("r+") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        shutil.rmtree(folder)

@@ -22,6 +22,8 @@ def draw_statistics(report: Report, path: Path) -> None:
     ------
     InputRefused : if the picture cannot be written.
     """
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputRefused(f"the picture '{path}' is no PNG, SVG or PDF; name it for example stats.png")
     import matplotlib
 
     matplotlib.use("Agg")
@@ -111,7 +113,7 @@ def _size_frequency(axis: Any, report: Report, against: Report | None) -> None:
     axis.set(xscale="log", yscale="log", xlabel="diameter D [m]", ylabel="number per km$^2$ of D and more")
     axis.set_title("Size-frequency, bars and bands 95 %")
     if drawn:
-        axis.legend(frameon=False, fontsize=8, loc="upper right")
+        axis.legend(frameon=False, fontsize=8, loc="lower left")
     else:
         axis.text(0.5, 0.5, "no crater or rock found", transform=axis.transAxes, ha="center", color=LAW)
 

@@ -60,8 +60,7 @@ def make_detail(
             f"detail lies below the base's own posting of {min(raster.posting):g} m, and the posting of the scene is {posting:g} m; "
             "set a smaller `posting` in [base], or leave [base.detail] away"
         )
-    spectrum = power_spectrum(_sample(raster, known), raster.posting, means=means)
-    law = _law(sheet, raster, spectrum)
+    law, spectrum = _law(sheet, raster, _sample(raster, known), means)
     density, longest = missing_spectrum(law, sheet.strength, spectrum) if sheet.fill else detail_spectrum(law, sheet.strength, cell)
     # indices of the texture count from the DEM's corner, so that it stays where it is when the region moves
     row0, col0 = round((corner[1] - grid.y_north) / posting), round((grid.x_west - corner[0]) / posting)
@@ -85,7 +84,7 @@ def make_detail(
     )
 
 
-def _law(sheet: DetailSheet, raster: Raster, spectrum: PowerSpectrum) -> PowerLaw:
+def _law(sheet: DetailSheet, raster: Raster, sample: Array, means: bool) -> tuple[PowerLaw, PowerSpectrum]:
     exponent = None if sheet.hurst is None else 2 * sheet.hurst + 2
     resolution = None if sheet.resolution is None else to_si(sheet.resolution, "length", "resolution of [base.detail]")
     shortest = 2 * max(raster.posting)
@@ -94,6 +93,7 @@ def _law(sheet: DetailSheet, raster: Raster, spectrum: PowerSpectrum) -> PowerLa
             f"the resolution of [base.detail] is {resolution:g} m; it must be at least {shortest:g} m, two postings of the base"
         )
     try:
+        spectrum = power_spectrum(sample, raster.posting, means=means)
         law = fit_law(spectrum, shortest, exponent=exponent, resolution=resolution)
     except ValueError as error:
         raise InputRefused(
@@ -103,7 +103,7 @@ def _law(sheet: DetailSheet, raster: Raster, spectrum: PowerSpectrum) -> PowerLa
         raise InputRefused(
             f"the spectrum of '{raster.path}' falls as f^-{law.exponent:.2f}, unlike any ground (2 to 6); give `hurst` in [base.detail]"
         )
-    return law
+    return law, spectrum
 
 
 def _sample(raster: Raster, known: tuple[Range, Range]) -> Array:

@@ -12,9 +12,10 @@ from rille.terrain.base.lattice import Lattice, Lazy, Surface
 from rille.terrain.base.measured import measured
 from rille.terrain.base.plane import Plane
 from rille.terrain.base.sheet import BaseSheet
-from rille.terrain.grid import Grid
+from rille.terrain.grid import Grid, place_of
 
 FORM = "fractal 1"  # changes when the same sheet gives other heights
+STEEPEST = math.radians(89) * (1 + 1e-12)  # of a plane; a wall has no height over the ground
 
 
 def make_base(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
@@ -36,6 +37,8 @@ def make_base(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
     if sheet.kind == "fractal":
         return _fractal(sheet, grid)
     slope = to_si(sheet.slope, "angle", "slope of the base") if sheet.kind == "plane" else 0.0
+    if abs(slope) > STEEPEST:
+        raise InputRefused(f"the slope of the base is {math.degrees(slope):g} deg; it must lie between -89 and 89 deg")
     return Ground(
         base=Plane(slope=slope, direction=to_si(sheet.direction, "angle", "direction of the base")),
         grid=grid,
@@ -47,7 +50,7 @@ def _grid(sheet: BaseSheet) -> Grid:
     if sheet.size is None or sheet.posting is None:
         raise InputRefused(f"the base is {sheet.kind} and needs `size` and `posting`")
     width, height = (to_si(v, "length", "size of the base") for v in sheet.size)
-    east, north = (to_si(v, "length", "center of the base") for v in sheet.center)
+    east, north = (place_of(v, "center of the base") for v in sheet.center)
     posting = to_si(sheet.posting, "length", "posting of the base")
     n_rows, n_cols = grid_shape(width, height, posting, posting)
     return Grid(

@@ -19,7 +19,7 @@ from rille.terrain.base.lattice import Lattice, Range, Surface
 from rille.terrain.base.means import HALO, REACH, MeanSurface, coefficient_lattice
 from rille.terrain.base.sheet import BaseSheet
 from rille.terrain.dem import relative_to_data
-from rille.terrain.grid import Grid, Window
+from rille.terrain.grid import Grid, Window, place_of
 from rille.terrain.raster import Raster, open_raster
 
 Array = NDArray[np.float64]
@@ -50,10 +50,10 @@ def measured(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
     as_means = (sheet.values or ("means" if sheet.detail else "points")) == "means"
     values, marks = cells(raster, *known, halo=HALO + REACH if as_means else 0, fill=sheet.fill_holes)
     zero = _zero(values, corner, raster, grid)
-    file = _source_file(path)
+    file, beside = _source_file(path), [_sha256(other) for other in raster.beside]
     detail = None if sheet.detail is None else make_detail(sheet.detail, raster, grid, corner, known, means=as_means)
     taken = None if detail is None else detail.means
-    key = f"{FORM} {file.sha256} {sheet!r} {corner!r} {raster.posting!r} {grid!r} {zero!r}"
+    key = f"{FORM} {file.sha256} {beside} {sheet!r} {corner!r} {raster.posting!r} {grid!r} {zero!r}"
     digest = hashlib.sha256(key.encode()).hexdigest()
 
     def smooth(means: Callable[[Range, Range], Array], zero: float) -> MeanSurface:
@@ -112,7 +112,7 @@ def _difference(
 def _origin(sheet: BaseSheet, raster: Raster) -> tuple[float, float]:
     """Map coordinates of W's origin [m]."""
     if sheet.origin is not None:
-        east, north = (to_si(v, "length", "origin of the base") for v in sheet.origin)
+        east, north = (place_of(v, "origin of the base") for v in sheet.origin)
         return east, north
     n_rows, n_cols = raster.shape
     return raster.corner[0] + raster.posting[0] * ((n_cols - 1) // 2), raster.corner[1] - raster.posting[1] * ((n_rows - 1) // 2)
@@ -128,7 +128,7 @@ def _grid(sheet: BaseSheet, raster: Raster, corner: tuple[float, float]) -> Grid
     center = [corner[0] + width / 2, corner[1] - height / 2]
     if sheet.size is not None:
         width, height = (to_si(v, "length", "size of the base") for v in sheet.size)
-        center = [to_si(v, "length", "center of the base") for v in sheet.center]
+        center = [place_of(v, "center of the base") for v in sheet.center]
     if sheet.posting is not None:
         posting_x = posting_y = to_si(sheet.posting, "length", "posting of the base")
     rows, cols = grid_shape(width, height, posting_x, posting_y)
@@ -178,6 +178,9 @@ class _Holes:
 
 
 def _source_file(path: Path) -> SourceFile:
+    return SourceFile(subject="base", file=path.name, sha256=_sha256(path), tool=f"rille {__version__}")
+
+
+def _sha256(path: Path) -> str:
     with path.open("rb") as file:
-        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
-    return SourceFile(subject="base", file=path.name, sha256=sha256, tool=f"rille {__version__}")
+        return hashlib.file_digest(file, "sha256").hexdigest()

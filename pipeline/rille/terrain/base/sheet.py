@@ -21,7 +21,7 @@ class DetailSheet(Sheet):
     """
 
     hurst: float | None = Field(None, gt=0, lt=1)
-    strength: float = Field(1.0, ge=0)
+    strength: float = Field(1.0, ge=0, le=100)
     seed: int = Field(0, ge=0)
     resolution: Number | None = None
     fill: bool = False

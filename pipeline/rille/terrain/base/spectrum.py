@@ -72,6 +72,8 @@ def power_spectrum(heights: Array, posting: tuple[float, float], *, means: bool 
         power /= _averaged(*(np.asarray(v, np.float64) for v in (fx * posting[0], fy * posting[1])))
     lowest = 3 / min(n_cols * posting[0], n_rows * posting[1])
     highest = 0.5 / max(posting)
+    if highest <= lowest:
+        raise ValueError(f"it has only {n_rows} x {n_cols} heights")
     edges = highest * 2.0 ** (-np.arange(int(np.log2(highest / lowest) * RINGS), -1, -1) / RINGS)
     used = (np.abs(fx) * n_cols * posting[0] > 2.5) & (np.abs(fy) * n_rows * posting[1] > 2.5) & (f > edges[0]) & (f <= edges[-1])
     power, f = power[used], f[used]

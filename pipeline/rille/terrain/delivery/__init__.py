@@ -4,6 +4,7 @@ Everywhere: metres; heights at points, n values bound n - 1 cells. Rasters on th
 z in W plus ``map_origin`` z, at the centres of their cells, row 0 north. Everything else holds z in W and says so in a sidecar or comment.
 """
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -38,10 +39,24 @@ def deliver(terrain: Terrain, outputs: Sequence[tuple[Format, Path]], progress: 
 
     Raises
     ------
-    InputRefused : at the first that cannot be written; those before it stay.
+    InputRefused : before anything is written, if a file is one that the terrain was made of; at the first that cannot be written,
+        and those before it stay.
     """
+    for entry, path in outputs:
+        for file in entry.files(path):
+            if _made_of(terrain, file):
+                raise InputRefused(f"'{file}' is a file that terrain '{terrain.name}' is made of, and stays; write to another name")
     written = []
     for entry, path in outputs:
         entry.write(terrain, path, progress)
         written += [file for file in entry.files(path) if file.exists()]
     return written
+
+
+def _made_of(terrain: Terrain, file: Path) -> bool:
+    """Whether a file is the scene, or a DEM or sheet, that the terrain was read from."""
+    known = {source.sha256 for source in terrain.sources if source.file == file.name}
+    if not known or not file.is_file():
+        return False
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest() in known

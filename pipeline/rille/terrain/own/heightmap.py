@@ -86,7 +86,7 @@ def read_height_map(path: Path, stated: Georeference) -> Relief:
         frame=f"origin at {where}, x to the east of the map, height zero at {level}",
         reference=f"{raster.type_name}, {how}, posting {posting[0]:g} m x {posting[1]:g} m, origin {stated.origin}, zero {stated.zero}, "
         f"fading over {fade:g} m",
-        notes=_notes(raster, heights, stated, path),
+        notes=_notes(raster, heights, path),
     )
 
 
@@ -114,6 +114,8 @@ def _read(path: Path) -> _Raster:
                     )
                 band = colors.index(bands[0]) + 1
                 name = str(raster.dtypes[band - 1])
+                if np.dtype(name).kind == "c":
+                    raise InputRefused(f"'{path}' holds complex numbers; save it with one band of heights")
                 values = raster.read(band, masked=True).astype(np.float64).filled(np.nan)
                 scale, offset = float(raster.scales[band - 1]), float(raster.offsets[band - 1])
                 scaled = (scale, offset) != (1.0, 0.0)
@@ -231,7 +233,7 @@ def _zero(text: str, heights: Array, path: Path) -> tuple[float | Array, str]:
     return value, f"{value:g} m of the map"
 
 
-def _notes(raster: _Raster, heights: Array, stated: Georeference, path: Path) -> tuple[str, ...]:
+def _notes(raster: _Raster, heights: Array, path: Path) -> tuple[str, ...]:
     if raster.levels is None or raster.type_name not in ("uint8", "int8"):
         return ()
     distinct = np.unique(raster.values)

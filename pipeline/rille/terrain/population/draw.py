@@ -147,7 +147,8 @@ def _poisson(streams: Streams, asked: _Asked) -> tuple[Array, NDArray[np.bool_]]
     """As many as the law asks for at its densest. Returns diameter, x, y (3, n) [m] of all, and which of them stay (n,)."""
     sizes, reach, field = asked.sizes, asked.reach, asked.field
     width, height = field.sides(reach)
-    area = width * height
+    with np.errstate(over="ignore"):  # too many forms are refused below
+        area = width * height
     weight = (area[:-1] + area[1:]) / 2
     steps = (sizes.number[:-1] - sizes.number[1:]) * weight * field.peak
     expected = float(steps.sum())

@@ -73,11 +73,11 @@ class Paper:
     ) -> None:
         """Text at its anchor (Pillow's two letters), with a halo of so many pixels in the colour of the ground."""
         style = {"stroke_width": halo, "stroke_fill": ground} if halo else {}
-        self.pen.text(at, text, fill=color, font=font(size, bold), anchor=anchor, **style)
+        self.pen.text(at, printable(text), fill=color, font=font(size, bold), anchor=anchor, **style)
 
     def extent(self, text: str, *, size: int = 13, bold: bool = False) -> tuple[float, float]:
         """Width and height of a line of text [pixels]."""
-        left, top, right, bottom = font(size, bold).getbbox(text)
+        left, top, right, bottom = font(size, bold).getbbox(printable(text))
         return right - left, bottom - top
 
     def wrapped(self, at: tuple[float, float], text: str, width: float, *, size: int = 12, color: str = SOFT, bold: bool = False) -> float:
@@ -90,7 +90,7 @@ class Paper:
 
     def turned(self, at: tuple[float, float], text: str, angle: float, *, size: int = 11, color: str = INK, halo: str = "") -> None:
         """Text centred at a pixel and turned by ``angle`` [deg, counter-clockwise], on a soft halo of a colour."""
-        face = font(size)
+        face, text = font(size), printable(text)
         left, top, right, bottom = face.getbbox(text, anchor="mm", stroke_width=3)
         reach = math.ceil(math.hypot(right - left, bottom - top)) + 2
         for stroke, tone, opacity in ((3, halo, 0.75), (0, color, 1.0)):
@@ -156,6 +156,11 @@ class Paper:
     def save(self, path: Path) -> None:
         """Write a PNG; quickly rather than small."""
         self.image.save(path, format="PNG", compress_level=1)
+
+
+def printable(text: str) -> str:
+    """A text in one line: what cannot be drawn (line ends, tabs, other control characters) is a blank."""
+    return "".join(letter if letter.isprintable() else " " for letter in text)
 
 
 def wrap(text: str, width: float, size: int, bold: bool = False) -> list[str]:
