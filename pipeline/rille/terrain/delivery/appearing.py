@@ -50,4 +50,6 @@ def _reason(error: BaseException) -> str:
         return "the disk is full"
     text = error.strerror if isinstance(error, OSError) and error.strerror else str(error) or type(error).__name__
     first = text.splitlines()[0].rstrip(".")
+    if "previous exception" in first:  # rasterio's way of saying that it did not keep the reason
+        return "GDAL could not write it; is the disk full?"
     return first[:1].lower() + first[1:]

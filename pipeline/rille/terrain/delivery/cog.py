@@ -4,7 +4,7 @@ from pathlib import Path
 
 from rille.model import Terrain
 from rille.terrain.delivery.appearing import appearing
-from rille.terrain.delivery.gdal_raster import CACHE, TILED, check, profile_of, sums_of, write_heights
+from rille.terrain.delivery.gdal_raster import CACHE, TILED, check, hushed, profile_of, sums_of, write_heights
 from rille.terrain.delivery.strips import Progress
 
 
@@ -21,7 +21,7 @@ def write(terrain: Terrain, path: Path, progress: Progress | None = None) -> Non
     with appearing(path) as folder:
         plain = folder / f"{path.name}.plain"
         write_heights(terrain, plain, profile_of(terrain, **TILED) | {"compress": "none"}, progress)
-        with rasterio.Env(GDAL_CACHEMAX=CACHE):
+        with rasterio.Env(GDAL_CACHEMAX=CACHE), hushed():
             copy(
                 plain,
                 folder / path.name,

@@ -2,6 +2,8 @@
 
 import errno
 import math
+import os
+import sys
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -92,15 +94,36 @@ def open_to_write(path: Path, profile: dict[str, Any]) -> Iterator[tuple[Any, Ca
     from rasterio.windows import Window
 
     sums: list[tuple[int, int, int]] = []
-    with rasterio.Env(GDAL_CACHEMAX=CACHE), rasterio.open(path, "w", **profile) as raster:
+    with rasterio.Env(GDAL_CACHEMAX=CACHE):
+        with hushed():
+            raster = rasterio.open(path, "w", **profile)
 
         def put(row0: int, values: NDArray[Any]) -> None:
             values = np.ascontiguousarray(values, profile["dtype"])
-            raster.write(values, 1, window=Window(0, row0, values.shape[1], values.shape[0]))  # type: ignore[call-arg]
+            with hushed():
+                raster.write(values, 1, window=Window(0, row0, values.shape[1], values.shape[0]))  # type: ignore[call-arg]
             sums.append((row0, len(values), zlib.crc32(values.data)))
 
-        yield raster, put
+        try:
+            yield raster, put
+        finally:
+            with hushed():
+                raster.close()
     check(path, sums)
+
+
+@contextmanager
+def hushed() -> Iterator[None]:
+    """Keep libtiff's own lines off stderr: a full disk is one sentence, which we say."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with Path(os.devnull).open("wb") as nothing:
+            os.dup2(nothing.fileno(), 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 def check(path: Path, sums: Iterable[tuple[int, int, int]]) -> None:
