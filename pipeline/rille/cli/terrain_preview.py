@@ -91,9 +91,9 @@ def marks_of(terrain: "Terrain", folders: Sequence[Path] = ()) -> list["Mark"]:
 
     folders : with own landforms of the scene. A landform that is not registered here has no outline.
     """
-    import numpy as np
 
     from rille import terrain as ground
+    from rille.terrain.placed import Placed
     from rille.view.terrain_pictures import Mark
 
     register = ground.landforms(folders)
@@ -101,9 +101,7 @@ def marks_of(terrain: "Terrain", folders: Sequence[Path] = ()) -> list["Mark"]:
     for placed in terrain.landforms:
         outline = None
         if placed.landform in register:
-            corners = placed.scale * register[placed.landform].border(placed.drivers)
-            cosine, sine = np.cos(placed.heading), np.sin(placed.heading)
-            outline = corners @ np.array([[cosine, sine], [-sine, cosine]]) + np.array([placed.x, placed.y])
+            outline = Placed(instance=placed, landform=register[placed.landform]).outline()
         marks.append(Mark(name=placed.name, x=placed.x, y=placed.y, heading=placed.heading, outline=outline))
     return marks
 

@@ -37,6 +37,14 @@ def inside_polygon(corners: Sequence[tuple[float, float]] | Array, x: Array, y: 
     return (np.cumsum(count[:, :0:-1], axis=1)[:, ::-1] & 1).astype(bool)
 
 
+def is_simple(corners: Sequence[tuple[float, float]] | Array) -> bool:
+    """True if a polygon of corners (n >= 3, 2) [m] does not cross itself and has an area."""
+    import shapely
+
+    shape = shapely.Polygon(corners)
+    return bool(shape.is_valid) and shape.area > 0
+
+
 def soil_names(soil: str, patches: Sequence[SoilPatch]) -> tuple[str, ...]:
     """Soils of a terrain in the order of their codes: that of the ground first, then those of patches."""
     return tuple(dict.fromkeys([soil, *(patch.soil for patch in patches)]))

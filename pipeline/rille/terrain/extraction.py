@@ -13,7 +13,7 @@ from rille.terrain.composition import Composition
 from rille.terrain.grid import Grid, Window
 from rille.terrain.region import MapFrame, Region, ResampledSurface, grid_of, make_region, own_points, terrain_of_region
 from rille.terrain.register import landforms
-from rille.terrain.scene import composed, terrain_of
+from rille.terrain.scene import composed, filled_on, terrain_of
 from rille.terrain.surface import IN_MEMORY, evaluate, evaluate_aside
 
 Progress = Callable[[str, float], None]
@@ -37,9 +37,7 @@ def extract_from_scene(
     ------
     InputRefused : with one sentence for whatever cannot be used.
     """
-    with composed(scene, progress=progress) as (read, composition, store, datums):
-        for note in read.ground.notes:
-            (tell or (lambda text: None))(note)
+    with composed(scene, progress=progress, tell=tell) as (read, composition, store, datums):
         grid = composition.grid
         region = make_region(grid, MapFrame(origin=read.ground.map_origin[:2]), **where)
         solid = bool(read.page.obstacle) or any(sheet.collide is not None for sheet in read.page.population)
@@ -51,7 +49,7 @@ def extract_from_scene(
         heights = whole if region.grid == grid else evaluate_aside(asked, region.grid, progress)  # type: ignore[arg-type]
         holes = read.ground.holes
         read = replace(read, ground=replace(read.ground, holes=None))  # marks are asked for where they are wanted
-        filled = None if holes is None else holes(region.grid, region.grid.whole)
+        filled = filled_on(region.grid, holes)
         return terrain_of_region(terrain_of(read, whole), region, heights, register=read.register, name=name, filled=filled)
 
 

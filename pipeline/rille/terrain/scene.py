@@ -25,9 +25,11 @@ from rille.model import (
     Terrain,
     nearest_names,
 )
+from rille.model.polygon import is_simple
 from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, expand, read_sheet, source_of
 from rille.terrain.base import BaseSheet, Ground, make_base
+from rille.terrain.base.ground import Holes
 from rille.terrain.composition import Composition, Item, compose
 from rille.terrain.crowd import Crowd
 from rille.terrain.dem import height_at
@@ -139,17 +141,20 @@ def build(scene: Path, *, progress: Progress | None = None, tell: Callable[[str]
     ------
     InputRefused : with one sentence for whatever cannot be used.
     """
-    with composed(scene, progress=progress) as (read, composition, store, datums):
-        for note in read.ground.notes:
-            (tell or (lambda text: None))(note)
+    with composed(scene, progress=progress, tell=tell) as (read, composition, store, datums):
         heights = evaluate(composition, store, datums, progress)
         return terrain_of(read, heights)
 
 
 @contextmanager
-def composed(scene: Path, *, progress: Progress | None = None) -> Iterator[tuple[Scene, Composition, Kept, dict]]:
+def composed(
+    scene: Path, *, progress: Progress | None = None, tell: Callable[[str], None] | None = None
+) -> Iterator[tuple[Scene, Composition, Kept, dict]]:
     """A scene as a composition that can be evaluated anywhere, what is kept of its last evaluation, and its datums."""
     read = read_scene(scene, progress=progress)
+    if tell is not None:
+        for note in read.ground.notes:
+            tell(note)
     with kept(Path(scene)) as store:
         grid, base = read.ground.grid, read.ground.base
         composition, datums = compose(grid, base, read.items, read.register, store.datums, store.base(base.digest, grid))
@@ -224,19 +229,20 @@ def terrain_of(scene: Scene, heights: Surface) -> Terrain:
         populations=scene.populations,
         crs=ground.crs,
         map_origin=ground.map_origin,
-        filled=_filled(ground),
+        filled=filled_on(ground.grid, ground.holes),
         source=ground.source,
         sources=tuple(replace(file, subject=f"terrain {page.name}") for file in (scene.file, *ground.sources)),
     )
     return replace(terrain, obstacles=obstacles(scene, terrain))
 
 
-def _filled(ground: Ground) -> NDArray[np.bool_] | None:
-    if ground.holes is None:
+def filled_on(grid: Grid, holes: Holes | None) -> NDArray[np.bool_] | None:
+    """Where the base had no height and one was interpolated, at the points of a grid; None: nowhere."""
+    if holes is None:
         return None
-    filled = np.empty(ground.grid.shape, bool)
-    for tile in ground.grid.tiles(TILE):
-        filled[tile.slices] = ground.holes(ground.grid, tile)
+    filled = np.empty(grid.shape, bool)
+    for tile in grid.tiles(TILE):
+        filled[tile.slices] = holes(grid, tile)
     return filled
 
 
@@ -305,16 +311,9 @@ def _patch(sheet: PatchSheet, known: dict[str, Soil]) -> SoilPatch:
     subject = f"soil patch '{sheet.name}'"
     what = f"polygon of {subject}"
     corners = tuple((place_of(x, what), place_of(y, what)) for x, y in sheet.polygon)
-    _simple(corners, f"the {what}")
+    if not is_simple(corners):
+        raise InputRefused(f"the {what} crosses itself or has no area; list its corners in order around it")
     return SoilPatch(name=sheet.name, soil=_soil(sheet.soil, known, subject), polygon=corners)
-
-
-def _simple(corners: tuple[tuple[float, float], ...], what: str) -> None:
-    import shapely
-
-    shape = shapely.Polygon(corners)
-    if not shape.is_valid or shape.area == 0:
-        raise InputRefused(f"{what} crosses itself or has no area; list its corners in order around it")
 
 
 def _instance(sheet: LandformSheet, register: Register, known: dict[str, Soil]) -> LandformInstance:

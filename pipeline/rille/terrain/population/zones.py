@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import InputRefused, LandformInstance, nearest_names
+from rille.model.polygon import is_simple
 from rille.model.quantity import to_si
 from rille.terrain.landform import Landform
 
@@ -100,13 +101,10 @@ def zones(given: Iterable[Any], subject: str, placed: Mapping[str, LandformInsta
 
 
 def _polygon(given: Any, what: str) -> Polygon:
-    import shapely
-
     if not isinstance(given, list) or len(given) < 3 or any(not isinstance(p, list) or len(p) != 2 for p in given):
         raise InputRefused(f"{what} is {given!r}; write at least three corners [[x, y], [x, y], [x, y]] in metres")
     corners = np.array([[to_si(x, "length", what), to_si(y, "length", what)] for x, y in given])
-    shape = shapely.Polygon(corners)
-    if not shape.is_valid or shape.area == 0:
+    if not is_simple(corners):
         raise InputRefused(f"{what} crosses itself or has no area; list its corners in order around it")
     return Polygon(corners=corners)
 
