@@ -23,6 +23,9 @@ BodyState pose_on_terrain(const Model& model, Mechanism& mechanism) {
   if (wheels.size() < 3)
     throw InputRefused(fmt::format("scenario '{}' places the model on the terrain, but it has {} wheels and needs at least 3; "
                                    "use placement 'as_given'", scenario.name, wheels.size()));
+  if (!model.terrain)
+    throw InputRefused(fmt::format("scenario '{}' places the model on the terrain, but names no terrain; "
+                                   "give it one or use placement 'as_given'", scenario.name));
   const Ground ground(*model.terrain);
   const HeightGrid& grid = *model.terrain->grid;
   const Vector3d forward = scenario.start_rotation * Vector3d::UnitX();
