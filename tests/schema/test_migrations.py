@@ -12,6 +12,7 @@ from rille import store
 from rille.model import InputRefused
 from rille.store.database import apply_step
 
+OLD_VIEWS = Path(__file__).parent / "views_v4.sql"  # of versions 1 to 4: rows and names that old files hold
 FROZEN = sorted(Path(__file__).parent.glob("created_v*.sql"))
 
 
@@ -43,7 +44,8 @@ def test_every_released_version_migrates_to_what_a_fresh_database_is(tmp_path, f
     old, fresh = tmp_path / "old.db", tmp_path / "fresh.db"
     with closing(sqlite3.connect(old)) as connection:
         connection.executescript(frozen.read_text())
-        connection.executescript((Path(store.database.schema_folder()) / "views.sql").read_text())
+        views = OLD_VIEWS if int(frozen.stem[-1]) <= 4 else Path(store.database.schema_folder()) / "views.sql"
+        connection.executescript(views.read_text())
     store.create(fresh)
     version = int(frozen.stem.removeprefix("created_v"))
     assert store.migrate(old) == (version, store.schema_version())
@@ -55,7 +57,7 @@ def test_what_a_version_1_database_holds_is_kept(tmp_path):
     path = tmp_path / "old.db"
     with closing(sqlite3.connect(path)) as connection:
         connection.executescript(FROZEN[0].read_text())
-        connection.executescript((Path(store.database.schema_folder()) / "views.sql").read_text())
+        connection.executescript(OLD_VIEWS.read_text())
         connection.executescript(OLD_ROWS)
     store.migrate(path)
     with closing(sqlite3.connect(path)) as connection:
@@ -93,7 +95,7 @@ def test_what_a_version_3_database_holds_is_kept(tmp_path):
     path = tmp_path / "old.db"
     with closing(sqlite3.connect(path)) as connection:
         connection.executescript((Path(__file__).parent / "created_v3.sql").read_text())
-        connection.executescript((Path(store.database.schema_folder()) / "views.sql").read_text())
+        connection.executescript(OLD_VIEWS.read_text())
         connection.executescript(OLD_GROUND)
     assert store.migrate(path) == (3, store.schema_version())
     with closing(sqlite3.connect(path)) as connection:
@@ -110,6 +112,41 @@ def test_what_a_version_3_database_holds_is_kept(tmp_path):
         ("second", 3.0, 0.0, 1.0, "", None, {}),
     ]
     assert [p.polygon for p in ground.patches] == [((0, 0), (1, 0), (0, 1))]
+
+
+OLD_RECORDING = """
+INSERT INTO recording (id, name, source) VALUES (3, 'drive', 'drive.csv');
+INSERT INTO channel (id, recording_id, name, quantity, target, unit, role, noise)
+VALUES (8, 3, 'q', 'joint.position', 'hinge', 'rad', 'observed', 0.01), (9, 3, 'u', 'joint.effort', 'hinge', 'N m', 'command', NULL);
+INSERT INTO sample SELECT 8, value / 64.0, iif(value = 5, NULL, value * value / 3.0) FROM generated;
+INSERT INTO sample VALUES (9, 0.5, -2);
+INSERT INTO finding (id, recording_id, verdict, detail) VALUES (1, 3, 'unknown', '{}');
+"""
+
+
+def test_what_a_version_4_database_holds_is_kept(tmp_path):
+    """Recordings: 9 000 rows become three blocks, and the view shows the same numbers, to the last bit."""
+    path = tmp_path / "old.db"
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript((Path(__file__).parent / "created_v4.sql").read_text())
+        connection.executescript(OLD_VIEWS.read_text())
+        connection.execute("CREATE TEMP TABLE generated (value INTEGER)")
+        connection.executemany("INSERT INTO generated VALUES (?)", [(k,) for k in range(9000)])
+        connection.executescript(OLD_RECORDING)
+    assert store.migrate(path) == (4, store.schema_version())
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("PRAGMA foreign_key_check").fetchall() == []
+        assert connection.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
+        assert connection.execute("SELECT verdict FROM finding WHERE recording_id = 3").fetchall() == [("unknown",)]
+        assert connection.execute("SELECT n FROM sample_block WHERE channel_id = 8 ORDER BY block").fetchall() == [(4096,), (4096,), (808,)]
+        rows = connection.execute("SELECT number, time, value FROM sample WHERE channel = 'q' ORDER BY number").fetchall()
+    assert rows == [(k, k / 64.0, None if k == 5 else k * k / 3.0) for k in range(9000)]
+    kept = store.read_recording(path, "drive")
+    assert [(c.name, c.quantity, c.role, c.noise) for c in kept.channels] == [
+        ("q", "joint.position", "observed", 0.01),
+        ("u", "joint.effort", "command", None),
+    ]
+    assert kept.channel("u").value.tolist() == [-2.0]
 
 
 def test_the_newest_version_is_frozen_too():

@@ -5,12 +5,21 @@ from rille.store.database import create, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.health import check, info, units
 from rille.store.parts import add_part, find_part, list_parts, part_library
+from rille.store.recordings import (
+    RecordingWriter,
+    read_recording,
+    recording_names,
+    remove_recording,
+    write_findings,
+    write_recording,
+)
 from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, read_samples, read_trace
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
 from rille.store.terrain import StoredWindow, read_soils, read_terrain, read_window, update_terrain, write_terrain
 
 __all__ = [
+    "RecordingWriter",
     "RunRow",
     "StoredWindow",
     "add_effect",
@@ -28,6 +37,7 @@ __all__ = [
     "part_library",
     "read_effects",
     "read_reactions",
+    "read_recording",
     "read_rover",
     "read_ruts",
     "read_samples",
@@ -36,11 +46,15 @@ __all__ = [
     "read_terrain",
     "read_trace",
     "read_window",
+    "recording_names",
+    "remove_recording",
     "schema_version",
     "units",
     "update_terrain",
     "write_bench",
     "write_effects",
+    "write_findings",
+    "write_recording",
     "write_rover",
     "write_scenario",
     "write_terrain",

@@ -1,7 +1,9 @@
 """Opening, creating and migrating databases; every refusal in one sentence, and nothing refused is ever changed."""
 
+import json
 import re
 import sqlite3
+import struct
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from functools import cache
@@ -163,6 +165,7 @@ def migrate(path: Path) -> tuple[int, int]:
     before = _probe(path, may_be_older=True)
     steps = {int(file.name[:4]): file for file in sorted((schema_folder() / "migrations").glob("[0-9]*.sql"))}
     with closing(sqlite3.connect(path, isolation_level=None, timeout=10)) as connection:
+        connection.create_function("float64_block", 1, _float64_block, deterministic=True)  # of migration 5
         for version in range(before + 1, schema_version() + 1):
             if version not in steps:
                 raise InputRefused(f"there is no migration to version {version}; '{path}' stays at version {version - 1}")
@@ -171,6 +174,11 @@ def migrate(path: Path) -> tuple[int, int]:
             for rows in ("views.sql", "effects.sql"):
                 connection.executescript((schema_folder() / rows).read_text())
     return before, schema_version()
+
+
+def _float64_block(numbers: str) -> bytes:
+    values = [float("nan") if value is None else float(value) for value in json.loads(numbers)]
+    return struct.pack(f"<{len(values)}d", *values)
 
 
 def apply_step(connection: sqlite3.Connection, version: int, sql: str) -> None:

@@ -10,6 +10,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "effects/registry.hpp"
@@ -95,6 +96,54 @@ void start_from_row(Simulation& simulation, const double* row, std::size_t size)
   std::copy(row + 8, row + 8 + n_q, m.joint_position.data());
   std::copy(row + 8 + n_q, row + size, m.velocity.data());
   simulation.start_at(row[0], m);
+}
+
+// A state as measured: time, pose of the root's body frame (position, quaternion w x y z), its velocity and angular velocity in W, then
+// positions and velocities of the joints of one freedom in their order.
+std::vector<int> single_joints(const Simulation& simulation) {
+  std::vector<int> joints;
+  const auto& all = simulation.model().rover.joints;
+  for (std::size_t j = 0; j < all.size(); ++j)
+    if (all[j].has_one_freedom()) joints.push_back(static_cast<int>(j));
+  return joints;
+}
+
+// The body that no joint carries; -1: the world holds the mechanism.
+int free_root(const rille::Rover& rover) {
+  std::vector<bool> carried(rover.bodies.size(), false);
+  for (const auto& joint : rover.joints) carried[static_cast<std::size_t>(joint.child)] = true;
+  const auto found = std::find(carried.begin(), carried.end(), false);
+  return found == carried.end() ? -1 : static_cast<int>(found - carried.begin());
+}
+
+std::vector<double> state_row(Simulation& simulation) {
+  auto& mechanism = simulation.mechanism();
+  mechanism.update_kinematics();
+  const int root = free_root(simulation.model().rover);
+  const rille::BodyState b = root >= 0 ? mechanism.body_state(root) : rille::BodyState{};
+  std::vector<double> row = {simulation.time(), b.position.x(), b.position.y(), b.position.z(), b.rotation.w(), b.rotation.x(), b.rotation.y(),
+                             b.rotation.z(), b.velocity.x(), b.velocity.y(), b.velocity.z(), b.angular_velocity.x(), b.angular_velocity.y(),
+                             b.angular_velocity.z()};
+  const auto joints = single_joints(simulation);
+  for (const int j : joints) row.push_back(mechanism.joint_position(j));
+  for (const int j : joints) row.push_back(mechanism.joint_velocity(j));
+  return row;
+}
+
+// Puts the mechanism where the row says; what a row does not hold (spherical joints) stays.
+void place_at_row(Simulation& simulation, const double* row, std::size_t size) {
+  const auto joints = single_joints(simulation);
+  const std::size_t n = joints.size();
+  if (size != 14 + 2 * n) throw rille::InputRefused(fmt::format("a state has {} numbers; this model needs {}", size, 14 + 2 * n));
+  for (std::size_t k = 0; k < size; ++k)
+    if (!std::isfinite(row[k])) throw rille::InputRefused(fmt::format("number {} of a state is not finite", k));
+  const Eigen::Quaterniond rotation(row[4], row[5], row[6], row[7]);
+  if (std::abs(rotation.norm() - 1) > 1e-3) throw rille::InputRefused(fmt::format("the quaternion of a state has the length {:g}, not 1", rotation.norm()));
+  auto& mechanism = simulation.mechanism();
+  for (std::size_t k = 0; k < n; ++k) mechanism.set_joint(joints[k], row[14 + k], row[14 + n + k]);
+  mechanism.set_root({.position = {row[1], row[2], row[3]}, .rotation = rotation.normalized(), .velocity = {row[8], row[9], row[10]},
+                      .angular_velocity = {row[11], row[12], row[13]}});
+  mechanism.update_kinematics();
 }
 
 using Channels = std::vector<std::tuple<std::string, std::string, int>>;  // quantity, target, component
@@ -289,6 +338,32 @@ NB_MODULE(_solver, module) {
              return array(std::move(heights), n, 1);
            },
            "points"_a, "Height [m] of the ground under wheels at points (n, 2) of W, shape (n, 1); NaN beside the ground or a missing value.")
+      .def("set_commands",
+           [](rille::Model& m, const std::string& drive, const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& times,
+              const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& values) {
+             const int index = rille::find_named(m.rover.drives, drive, "the commands are for drive");
+             if (times.shape(0) != values.shape(0))
+               throw rille::InputRefused(fmt::format("the commands of drive '{}' have {} times and {} values", drive, times.shape(0), values.shape(0)));
+             auto& commands = m.scenario.commands;
+             std::erase_if(commands, [&](const rille::Command& c) { return c.drive == index; });
+             for (std::size_t k = 0; k < times.shape(0); ++k) {
+               if (!std::isfinite(times(k)) || !std::isfinite(values(k)))
+                 throw rille::InputRefused(fmt::format("command {} of drive '{}' is not finite", k, drive));
+               commands.push_back({index, times(k), values(k)});
+             }
+             std::stable_sort(commands.begin(), commands.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+           },
+           "drive"_a, "times"_a, "values"_a,
+           "Replace a drive's commands: each value [rad/s, rad or N m] holds from its time [s] on until the next; times may be negative.")
+      .def("set_start",
+           [](rille::Model& m, double x, double y, double heading) {
+             for (const double value : {x, y, heading})
+               if (!std::isfinite(value)) throw rille::InputRefused("x, y or heading of the start is not finite");
+             m.scenario.start_position.x() = x;
+             m.scenario.start_position.y() = y;
+             m.scenario.start_rotation = Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ());
+           },
+           "x"_a, "y"_a, "heading"_a, "Start elsewhere: position [m] and heading [rad] of the root in W; height and tilt stay as they are or come from the ground.")
       .def_prop_ro("step", [](const rille::Model& m) { return m.scenario.step; }, "Time step [s].")
       .def_prop_ro("duration", [](const rille::Model& m) { return m.scenario.duration; }, "Duration of the scenario [s].")
       .def_prop_ro("drive_names", [](const rille::Model& m) { return names(m.rover.drives); }, "Order of drives.");
@@ -311,6 +386,32 @@ NB_MODULE(_solver, module) {
       .def("start_at", [](Simulation& s, const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& row) {
              start_from_row(s, row.data(), row.shape(0));
            }, "motion"_a, "Go on from a row of motion(), with everything that is not motion at rest.")
+      .def("state", [](Simulation& s) { auto row = state_row(s); const std::size_t n = row.size(); return array(std::move(row), 1, n); },
+           "Shape (1, 14 + 2 n): time, pose of the root's body frame (position [m], quaternion w x y z), its velocity [m/s] and angular\n"
+           "velocity [rad/s] in W, then positions and velocities of the joints named by state_joints. A model that is held by the world has no\n"
+           "root: zeros and the unit quaternion.")
+      .def("motions",
+           [](Simulation& s, const nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>& states) {
+             const rille::MechanismState before = s.mechanism().state();
+             std::vector<double> rows;
+             const std::size_t n = states.shape(0);
+             for (std::size_t k = 0; k < n; ++k) {
+               place_at_row(s, states.data() + k * states.shape(1), states.shape(1));
+               auto row = motion_row(s);
+               row[0] = states(k, 0);
+               rows.insert(rows.end(), row.begin(), row.end());
+             }
+             s.mechanism().set_state(before);
+             s.mechanism().update_kinematics();
+             const std::size_t width = n == 0 ? 0 : rows.size() / n;
+             return array(std::move(rows), n, width);
+           },
+           "states"_a, "Rows of motion() (m, 8 + n_q + n_v) for rows of state() (m, 14 + 2 n); the simulation stays where it is.")
+      .def_prop_ro("state_joints", [](const Simulation& s) {
+             std::vector<std::string> result;
+             for (const int j : single_joints(s)) result.push_back(s.model().rover.joints[static_cast<std::size_t>(j)].name);
+             return result;
+           }, "Names of the joints in a row of state(): hinges and prismatic joints in their order.")
       .def("command", [](Simulation& s, const std::string& drive, double value) {
              s.command(rille::find_named(s.model().rover.drives, drive, "the command is for drive"), value);
            }, "drive"_a, "value"_a, "Give a drive a set value now [rad/s, rad or N m].")
