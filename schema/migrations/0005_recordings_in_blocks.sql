@@ -1,5 +1,6 @@
 -- Recordings in blocks with clocks, corrections and what the data gate found. Samples become blocks of 4096 values; float64_block is a
--- function that the migration brings along: JSON array of numbers -> float64 little endian, null = NaN.
+-- function that the migration brings along: JSON array of numbers as text (17 digits keep every bit) -> float64
+-- little endian, null = NaN.
 PRAGMA legacy_alter_table = ON;  -- references of other tables keep meaning the name
 
 ALTER TABLE recording RENAME TO old_recording;
@@ -88,10 +89,10 @@ SELECT id, recording_id, id, name, quantity, target, unit, role, noise FROM old_
 CREATE TEMP TABLE numbered AS
 SELECT channel_id, time, value, (row_number() OVER (PARTITION BY channel_id ORDER BY time) - 1) / 4096 AS block FROM old_sample;
 INSERT INTO clock_block (clock_id, block, n, first, last, data)
-SELECT channel_id, block, count(*), min(time), max(time), float64_block(json_group_array(time))
+SELECT channel_id, block, count(*), min(time), max(time), float64_block(json_group_array(printf('%!.17g', time)))
 FROM (SELECT * FROM numbered ORDER BY channel_id, time) GROUP BY channel_id, block;
 INSERT INTO sample_block (channel_id, block, n, data)
-SELECT channel_id, block, count(*), float64_block(json_group_array(value))
+SELECT channel_id, block, count(*), float64_block(json_group_array(iif(value IS NULL, NULL, printf('%!.17g', value))))
 FROM (SELECT * FROM numbered ORDER BY channel_id, time) GROUP BY channel_id, block;
 DROP TABLE numbered;
 DROP TABLE old_sample;
