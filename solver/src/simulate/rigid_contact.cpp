@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace rille {
 namespace {
@@ -20,6 +21,7 @@ constexpr double kImpactSpeed = 0.02;    // [m/s] slower approaches do not bounc
 constexpr double kReach = 5e-3;          // [m] contacts are prepared for at this distance
 constexpr double kPartTime = 0.1;        // [s] without touch before a contact counts as ended
 constexpr std::size_t kGroundCorners = 4;// deepest corners of a hull that touch the ground
+constexpr double kStops = 0.5;            // [-] share of its strength below which sliding comes to rest within the step
 constexpr double kSlides = 0.999;         // [-] share of its strength from which a contact slides
 constexpr int kFreeRounds = 3;           // before they are damped
 constexpr int kMostRounds = 20;          // of friction bounds in a step
@@ -171,41 +173,79 @@ bool RigidContacts::open_rows(const Mechanism& mechanism, double h, RowSet& rows
     }));
     contact.strength = contact.pair.friction * entry(last_normal_, {contact.mover, contact.obstacle}, 0.0) / n;
     // What slid goes on sliding until the solution says otherwise.
-    const Vector3d slide = entry<Vector3d>(last_slide_, {contact.mover, contact.obstacle}, Vector3d::Zero());
-    const double size = std::hypot(slide.dot(contact.tangent_1), slide.dot(contact.tangent_2));
-    for (const Vector3d& tangent : {contact.tangent_1, contact.tangent_2}) {
-      Row& row = open(tangent);
-      const double along = slide.dot(tangent);
-      const double bound = size > 0 ? contact.strength * std::abs(along) / size : contact.strength;
-      row.lower = -bound;
-      row.upper = bound;
-      if (size > 0) row.side = along < 0 ? RowSide::at_lower : RowSide::at_upper;
-    }
+    contact.stiffness = kRigidity * mass;
+    open(contact.tangent_1);
+    open(contact.tangent_2);
+    const Vector3d velocity = mechanism.velocity_at(contact.body, contact.point);
+    const double speed = std::hypot(velocity.dot(contact.tangent_1), velocity.dot(contact.tangent_2));
+    const bool slid = entry<Vector3d>(last_slide_, {contact.mover, contact.obstacle}, Vector3d::Zero()) != Vector3d::Zero();
+    if (slid && contact.strength > 0 && contact.strength < contact.stiffness * speed)
+      slide(contact, speed, rows);
+    else
+      stick(contact, {contact.strength, contact.strength}, rows);
   }
   return !contacts_.empty();
 }
 
-bool RigidContacts::tighten(RowSet& rows, const Eigen::VectorXd& impulse) {
+void RigidContacts::stick(Contact& contact, const std::array<double, 2>& bound, RowSet& rows) {
+  contact.slides = false;
+  for (int k = 0; k < 2; ++k) {
+    Row& row = rows[contact.row + 1 + k];
+    row.weight = contact.stiffness;
+    row.lower = -bound[static_cast<std::size_t>(k)];
+    row.upper = bound[static_cast<std::size_t>(k)];
+  }
+}
+
+void RigidContacts::slide(Contact& contact, double speed, RowSet& rows) {
+  contact.slides = true;
+  for (int k = 0; k < 2; ++k) {
+    Row& row = rows[contact.row + 1 + k];
+    row.weight = std::clamp(contact.strength / speed, 1e-30, contact.stiffness);
+    row.lower = -std::numeric_limits<double>::infinity();
+    row.upper = std::numeric_limits<double>::infinity();
+    row.side = RowSide::free;
+  }
+}
+
+bool RigidContacts::tighten(RowSet& rows, const Eigen::VectorXd& impulse, const Eigen::VectorXd& velocity) {
   if (contacts_.empty() || ++rounds_ > kMostRounds) return false;
   bool again = false;
   for (Contact& contact : contacts_) {
-    const double strength = contact.pair.friction * std::max(impulse[contact.row], 0.0);
+    const double before = contact.strength;
+    contact.strength = contact.pair.friction * std::max(impulse[contact.row], 0.0);
+    // Wheels that share a load may hand it to and fro; half a step each time ends that.
+    if (rounds_ > kFreeRounds) contact.strength = 0.5 * (contact.strength + before);
     const std::array<double, 2> force = {impulse[contact.row + 1], impulse[contact.row + 2]};
     const double size = std::hypot(force[0], force[1]);
-    const auto at_bound = [&](int k) { return std::abs(force[static_cast<std::size_t>(k)]) >= kSlides * rows[contact.row + 1 + k].upper; };
-    const bool slides = size > 0 && (at_bound(0) || at_bound(1) || size >= kSlides * strength);
-    if (!slides) continue;  // sticks well inside its bounds: nothing to gain from another round
-    const double scale = std::max(strength, contact.strength);
-    for (int k = 0; k < 2; ++k) {
-      Row& row = rows[contact.row + 1 + k];
-      double bound = strength * std::abs(force[static_cast<std::size_t>(k)]) / size;  // along the direction in which it slides
-      if (std::abs(row.upper - bound) > 1e-3 * scale + 1e-12) again = true;
-      // Wheels that share a load may hand it to and fro; half a step each time ends that.
-      if (rounds_ > kFreeRounds) bound = 0.5 * (bound + row.upper);
-      row.lower = -bound;
-      row.upper = bound;
+    const double allowed = 1e-3 * std::max(contact.strength, before) + 1e-12;
+    const auto sliding = [&](int k) { return rows.dot(rows[contact.row + 1 + k], velocity); };
+    const double speed = std::hypot(sliding(0), sliding(1));
+    if (contact.slides) {
+      const bool stiffest = rows[contact.row + 1].weight >= contact.stiffness;
+      if (size < kStops * contact.strength && !stiffest && !contact.was_stopped) {
+        contact.was_stopped = true;
+        stick(contact, {contact.strength, contact.strength}, rows);
+        again = true;
+      } else if (std::abs(size - contact.strength) > allowed && !(stiffest && size < contact.strength)) {
+        slide(contact, std::max(speed, contact.strength / contact.stiffness), rows);
+        again = true;
+      }
+      continue;
     }
-    contact.strength = strength;
+    const auto at_bound = [&](int k) { return std::abs(force[static_cast<std::size_t>(k)]) >= kSlides * rows[contact.row + 1 + k].upper; };
+    if (size == 0 || (!at_bound(0) && !at_bound(1) && size < kSlides * contact.strength)) continue;  // sticks well inside its bounds
+    if (size > contact.strength + allowed && rounds_ == 1 && speed * contact.stiffness < 2 * size) {
+      // Only its corner of the square of bounds holds it: bounds along the force show how fast it slides.
+      stick(contact, {contact.strength * std::abs(force[0]) / size, contact.strength * std::abs(force[1]) / size}, rows);
+      again = true;
+    } else if (speed * contact.stiffness > contact.strength + allowed) {
+      slide(contact, speed, rows);
+      again = true;
+    } else if (std::abs(contact.strength - before) > allowed) {
+      stick(contact, {contact.strength, contact.strength}, rows);
+      again = true;
+    }
   }
   return again;
 }

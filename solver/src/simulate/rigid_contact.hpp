@@ -1,10 +1,14 @@
 // Rigid contacts: wheels and hulls on rocks, hulls on the ground, wheels on ground as hard as rock.
 //
 // A contact is three rows: the normal one pushes only, stops the approach within the step (or sends the bodies apart with the restitution
-// of the pair), and works overlap off slowly; two tangential ones hold like dry friction, |f_t| <= mu f_n (Coulomb). Since f_n comes out
-// of the same solution, the bounds of the tangential rows are found by repeated solution, starting from the last step's normal forces.
+// of the pair), and works overlap off slowly; two tangential ones hold like dry friction, |f_t| <= mu f_n (Coulomb).
+//
+// A contact that sticks has stiff tangential rows with bounds. One that slides has f_t = -(mu f_n / |u|) u with the sliding velocity u: two rows
+// of one weight, so that friction opposes the sliding whichever way it goes. f_n and |u| come out of the same solution and are found by
+// repeated solution, starting from the last step (a minimisation of the friction's power by its quadratic majorants, which converges).
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <utility>
@@ -30,8 +34,8 @@ class RigidContacts {
   void add_wheel_on_ground(int wheel, int body, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double gap, const RigidPair& pair);
   // Appends three rows for each contact; returns whether there are any.
   bool open_rows(const Mechanism& mechanism, double h, RowSet& rows);
-  // Adjusts the friction bounds to the last solution; returns whether they must be solved again.
-  bool tighten(RowSet& rows, const Eigen::VectorXd& impulse);
+  // Adjusts friction to the last solution; returns whether they must be solved again.
+  bool tighten(RowSet& rows, const Eigen::VectorXd& impulse, const Eigen::VectorXd& velocity);
   void close_rows(const Eigen::VectorXd& impulse, double h, double time, std::vector<Event>& events);
 
   // Force of obstacles and hard ground on a wheel in the last step [N] in W.
@@ -53,11 +57,17 @@ class RigidContacts {
     double gap = 0;
     RigidPair pair;
     int row = -1;
-    double strength = 0;  // [N s] bound of friction in this round
+    double strength = 0;    // [N s] largest friction in this round
+    double stiffness = 0;   // [kg] weight of a tangential row that sticks
+    bool slides = false;    // in this round
+    bool was_stopped = false;  // slid in an earlier round of this step and came to rest
   };
   using Key = std::pair<int, int>;  // mover, obstacle
 
   const std::string& name(int mover) const;
+  // Tangential rows of a contact that sticks within bounds [N s], and of one that slides at a speed [m/s].
+  static void stick(Contact& contact, const std::array<double, 2>& bound, RowSet& rows);
+  static void slide(Contact& contact, double speed, RowSet& rows);
 
   const Model* model_;
   Collision collision_;
