@@ -1,5 +1,7 @@
 """From a difference between model and measurement to a better model. The simulator is always an argument."""
 
+from rille.diagnosis.compare import compare_whole, compare_windows
+from rille.diagnosis.compare_inverse import compare_inverse
 from rille.diagnosis.soil_fit import FitResult, Repeatability, fit_soil, repeatability
 
-__all__ = ["FitResult", "Repeatability", "fit_soil", "repeatability"]
+__all__ = ["FitResult", "Repeatability", "compare_inverse", "compare_whole", "compare_windows", "fit_soil", "repeatability"]

@@ -2,12 +2,14 @@
 
 from rille.simulate.bench import BenchResult, bench, bench_at, effect_rows
 from rille.simulate.bench_file import bench_csv_lines, read_bench_csv
+from rille.simulate.replay import Replayer
 from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file, surface_gravity
 from rille.simulate.sensitivity import sensitivities
 
 __all__ = [
     "BenchResult",
+    "Replayer",
     "RunResult",
     "bench",
     "bench_at",

@@ -1,13 +1,14 @@
 """The database: the only Python of rille that speaks SQL. See ``schema/README.md`` for the contract."""
 
 from rille.store.bench import write_bench
-from rille.store.database import create, migrate, schema_version
+from rille.store.database import create, held_open, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.health import check, info, units
 from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.recordings import (
     RecordingWriter,
     read_recording,
+    recording_clocks,
     recording_names,
     remove_recording,
     write_findings,
@@ -30,6 +31,7 @@ __all__ = [
     "effect_kinds",
     "find_effect_kind",
     "find_part",
+    "held_open",
     "info",
     "list_parts",
     "list_runs",
@@ -46,6 +48,7 @@ __all__ = [
     "read_terrain",
     "read_trace",
     "read_window",
+    "recording_clocks",
     "recording_names",
     "remove_recording",
     "schema_version",

@@ -60,8 +60,11 @@ def create(path: Path) -> None:
         raise InputRefused(f"'{path}' could not be created: {error}; is the folder writable and the disk not full?") from error
 
 
-def _probe(path: Path, *, may_be_older: bool) -> int:
-    """Read header and version without writing a byte; return the version."""
+_sound: dict[Path, tuple[int, int, int]] = {}  # files that this process has found sound, as they were then: inode, size, time of change
+
+
+def _probe(path: Path, *, may_be_older: bool, known_sound: bool = False) -> int:
+    """Read header and version without writing a byte; return the version. The whole file is checked once for each of its states."""
     if not path.exists():
         raise InputRefused(f"there is no file '{path}'; build a model first: `rille cad build SHEET.toml -o {path}`")
     if not path.is_file():
@@ -78,7 +81,12 @@ def _probe(path: Path, *, may_be_older: bool) -> int:
             version = connection.execute("PRAGMA user_version").fetchone()[0]
             if application != APPLICATION_ID:
                 raise InputRefused(f"'{path}' is a database of another program (application_id {application}, rille's is {APPLICATION_ID})")
-            health = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+            status = path.stat()
+            state = (status.st_ino, status.st_size, status.st_mtime_ns)
+            known_sound = known_sound or _sound.get(path.resolve()) == state
+            health = "ok" if known_sound else connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+            if health == "ok":
+                _sound[path.resolve()] = state
     except sqlite3.DatabaseError as error:
         raise InputRefused(f"'{path}' cannot be read: {error}; it is damaged or truncated, restore it from a copy") from error
     if health != "ok":
@@ -101,10 +109,13 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[sqlite3.Connection]:
-    """Connection inside one transaction: committed at the end, rolled back by any exception."""
+def writing(path: Path, *, known_sound: bool = False) -> Iterator[sqlite3.Connection]:
+    """Connection inside one transaction: committed at the end, rolled back by any exception.
+
+    known_sound : the caller has had the file open before; its pages are not all read again.
+    """
     path = Path(path)
-    _probe(path, may_be_older=False)
+    _probe(path, may_be_older=False, known_sound=known_sound)
     try:
         with closing(sqlite3.connect(path, isolation_level=None, timeout=10)) as connection:
             connection.row_factory = sqlite3.Row
@@ -120,6 +131,14 @@ def writing(path: Path) -> Iterator[sqlite3.Connection]:
         raise InputRefused(
             f"'{path}' could not be written: {error}; nothing was changed (is it locked, read-only, or the disk full?)"
         ) from error
+
+
+@contextmanager
+def held_open(path: Path) -> Iterator[None]:
+    """Keep one connection open meanwhile, so that each of many small transactions does not end in a checkpoint of the whole journal."""
+    with reading(path) as connection:
+        connection.execute("SELECT count(*) FROM run").fetchone()  # the file is opened by the first question
+        yield
 
 
 def insert(connection: sqlite3.Connection, table: str, subject: str, row: Mapping[str, object]) -> int:

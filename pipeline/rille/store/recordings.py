@@ -88,7 +88,7 @@ class RecordingWriter:
         """Make whole blocks durable."""
         if not self._ready:
             return
-        with writing(self._path) as connection:
+        with writing(self._path, known_sound=True) as connection:
             for statement, row in self._ready:
                 connection.execute(statement, row)
         self._ready.clear()
@@ -98,7 +98,7 @@ class RecordingWriter:
         for clock in self._clocks:
             self._cut(clock, last=True)
         self.commit()
-        with writing(self._path) as connection:
+        with writing(self._path, known_sound=True) as connection:
             _write_notes(connection, self._id, findings, corrections)
             connection.execute("UPDATE recording SET status = 'complete' WHERE id = ?", (self._id,))
 
@@ -114,7 +114,13 @@ def _insert_head(connection: sqlite3.Connection, recording: Recording) -> int:
             )
         scenario_id = names[recording.scenario]
     subject = f"recording '{recording.name}'"
-    row = {"name": recording.name, "kind": recording.kind, "scenario_id": scenario_id, "source": recording.source, "digest": recording.digest}
+    row = {
+        "name": recording.name,
+        "kind": recording.kind,
+        "scenario_id": scenario_id,
+        "source": recording.source,
+        "digest": recording.digest,
+    }
     row |= {"manifest": recording.manifest, "setup": json.dumps(recording.setup), "status": "importing"}
     key = insert(connection, "recording", subject, row)
     clocks = {}
@@ -183,10 +189,27 @@ def remove_recording(path: Path, name: str) -> None:
         connection.execute("DELETE FROM recording WHERE id = ?", (_key(connection, name, path),))
 
 
-def recording_names(path: Path) -> tuple[str, ...]:
-    """Names of the complete recordings, in the order of import."""
+def recording_names(path: Path, *, unfinished: bool = False) -> tuple[str, ...]:
+    """Names of the complete recordings, in the order of import; with ``unfinished`` also of those whose import was interrupted."""
     with reading(path) as connection:
-        return tuple(row["name"] for row in connection.execute("SELECT name FROM recording WHERE status = 'complete' ORDER BY id"))
+        query = "SELECT name FROM recording WHERE status = 'complete' OR ? ORDER BY id"
+        return tuple(row["name"] for row in connection.execute(query, (unfinished,)))
+
+
+def recording_clocks(path: Path, name: str) -> dict[str, tuple[int, float, float]]:
+    """Of every clock of a recording: number of samples, first and last time [s].
+
+    Raises
+    ------
+    InputRefused : if there is no recording of that name.
+    """
+    with reading(path) as connection:
+        query = (
+            "SELECT clock.name AS name, sum(n) AS n, min(first) AS first, max(last) AS last "
+            "FROM clock JOIN clock_block ON clock_id = clock.id WHERE recording_id = ? GROUP BY clock.id ORDER BY clock.id"
+        )
+        rows = connection.execute(query, (_key(connection, name, path),)).fetchall()
+        return {row["name"]: (row["n"], row["first"], row["last"]) for row in rows}
 
 
 def _key(connection: sqlite3.Connection, name: str, path: Path) -> int:
@@ -217,12 +240,17 @@ def read_recording(
     """
     with reading(path) as connection:
         key = _key(connection, name, path)
-        query = "SELECT recording.*, scenario.name AS scenario FROM recording LEFT JOIN scenario ON scenario.id = scenario_id WHERE recording.id = ?"
+        query = (
+            "SELECT recording.*, scenario.name AS scenario FROM recording LEFT JOIN scenario ON scenario.id = scenario_id "
+            "WHERE recording.id = ?"
+        )
         head = connection.execute(query, (key,)).fetchone()
         if head["status"] != "complete":
             raise InputRefused(f"the import of recording '{name}' was interrupted; run `rille import` again to go on with it")
         rows = connection.execute(
-            "SELECT channel.*, clock.name AS clock FROM channel JOIN clock ON clock.id = clock_id WHERE channel.recording_id = ? ORDER BY channel.id", (key,)
+            "SELECT channel.*, clock.name AS clock FROM channel JOIN clock ON clock.id = clock_id "
+            "WHERE channel.recording_id = ? ORDER BY channel.id",
+            (key,),
         ).fetchall()
         times: dict[int, tuple[Array, NDArray[np.bool_] | None, list[int]]] = {}
         read = []
@@ -250,7 +278,11 @@ def read_recording(
             corrections=tuple(_correction(row) for row in corrections),
             findings=tuple(
                 GateFinding(
-                    code=row["code"], severity=row["severity"], channel=row["channel"], detail=json.loads(row["detail"]), message=row["message"]
+                    code=row["code"],
+                    severity=row["severity"],
+                    channel=row["channel"],
+                    detail=json.loads(row["detail"]),
+                    message=row["message"],
                 )
                 for row in findings
             ),

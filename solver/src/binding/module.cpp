@@ -158,37 +158,98 @@ std::vector<std::pair<rille::Quantity, int>> quantities(const rille::Rover& rove
   return made;
 }
 
-// Values of the channels after every `every` steps; NaN once the run has ended.
-void sample(Simulation& simulation, std::vector<std::pair<rille::Quantity, int>>& channels, long long n_steps, long long every, double* out) {
+// Values of the channels after every `every` steps; NaN once the run has ended. from_start: also those before the first step.
+void sample(Simulation& simulation, std::vector<std::pair<rille::Quantity, int>>& channels, long long n_steps, long long every, bool from_start,
+            double* out) {
+  simulation.read(channels, from_start ? out : nullptr);  // also where an accelerometer begins
+  if (from_start) out += channels.size();
   rille::Outcome outcome = simulation.outcome();
   for (long long k = 1; k <= n_steps; ++k) {
     if (outcome == rille::Outcome::running) outcome = simulation.step(false);
     if (k % every != 0) continue;
-    for (auto& [quantity, component] : channels)
-      *out++ = outcome == rille::Outcome::running ? simulation.read(quantity)[static_cast<std::size_t>(component)] : std::nan("");
+    if (outcome == rille::Outcome::running) simulation.read(channels, out);
+    else std::fill(out, out + channels.size(), std::nan(""));
+    out += channels.size();
   }
 }
 
+// Commands by drive, so that a short window need not carry those of hours.
+class CommandLog {
+ public:
+  explicit CommandLog(const rille::Model& model) : by_drive_(model.rover.drives.size()), slack_(0.5 * model.scenario.step) {
+    for (const rille::Command& command : model.scenario.commands) by_drive_[static_cast<std::size_t>(command.drive)].push_back(command);
+  }
+
+  // What acts from `start` to `stop` [s]: of each drive the last command before, and those in between.
+  std::vector<rille::Command> between(double start, double stop) const {
+    std::vector<rille::Command> found;
+    const auto later = [](double time, const rille::Command& command) { return time < command.time; };
+    for (const auto& commands : by_drive_) {
+      auto first = std::upper_bound(commands.begin(), commands.end(), start + slack_, later);
+      if (first != commands.begin()) --first;
+      found.insert(found.end(), first, std::upper_bound(first, commands.end(), stop + slack_, later));
+    }
+    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    return found;
+  }
+
+ private:
+  std::vector<std::vector<rille::Command>> by_drive_;
+  double slack_;  // [s] a command acts in the step nearest to its time
+};
+
 nb::ndarray<nb::numpy, double> windows(const std::vector<rille::Model*>& models, const nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>& motions,
-                                       long long n_steps, long long every, const Channels& channels, int threads) {
+                                       long long n_steps, long long every, const Channels& channels, int threads, bool from_start) {
   if (n_steps < 1 || every < 1) throw rille::InputRefused("windows need n_steps and every of at least 1");
-  const std::size_t n_windows = motions.shape(0), size = motions.shape(1), n_samples = static_cast<std::size_t>(n_steps / every);
+  const std::size_t n_windows = motions.shape(0), size = motions.shape(1);
+  const std::size_t n_samples = static_cast<std::size_t>(n_steps / every) + (from_start ? 1 : 0);
   const std::size_t per_window = n_samples * channels.size(), n_tasks = models.size() * n_windows;
   auto* kept = new std::vector<double>(n_tasks * per_window);
   nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
   const double* rows = motions.data();
   {
     nb::gil_scoped_release release;
+    std::vector<CommandLog> logs;
+    std::vector<rille::Model> bare;
+    for (const rille::Model* model : models) {
+      logs.emplace_back(*model);
+      bare.push_back(*model);
+      bare.back().scenario.commands.clear();
+    }
     rille::parallel_for(n_tasks, threads, [&](std::size_t task) {
       // Each window starts from a simulation that was never stepped, so that its result does not depend on which thread ran what before.
-      const rille::Model& model = *models[task / n_windows];
-      Simulation simulation(model);
-      start_from_row(simulation, rows + (task % n_windows) * size, size);
-      auto read = quantities(model.rover, channels);
-      sample(simulation, read, n_steps, every, kept->data() + task * per_window);
+      rille::Model model = bare[task / n_windows];
+      const double* row = rows + (task % n_windows) * size;
+      if (size > 0) model.scenario.commands = logs[task / n_windows].between(row[0], row[0] + static_cast<double>(n_steps) * model.scenario.step);
+      Simulation simulation(std::move(model));
+      start_from_row(simulation, row, size);
+      auto read = quantities(simulation.model().rover, channels);
+      sample(simulation, read, n_steps, every, from_start, kept->data() + task * per_window);
     });
   }
   return nb::ndarray<nb::numpy, double>(kept->data(), {models.size(), n_windows, n_samples, channels.size()}, owner);
+}
+
+// (joint a, joint b, ratio) of every differential and gear: q_b = ratio q_a.
+std::vector<std::tuple<std::string, std::string, double>> ratios(const rille::Rover& rover) {
+  std::vector<std::tuple<std::string, std::string, double>> found;
+  const auto joint = [&](int index) -> const rille::Joint& { return rover.joints[static_cast<std::size_t>(index)]; };
+  for (const auto& differential : rover.differentials) {
+    const rille::Joint &a = joint(differential.joint_a), &b = joint(differential.joint_b);
+    found.emplace_back(a.name, b.name, a.axis.dot(b.axis) > 0 ? -1.0 : 1.0);
+  }
+  for (const auto& gear : rover.gears) found.emplace_back(joint(gear.joint_a).name, joint(gear.joint_b).name, gear.ratio);
+  return found;
+}
+
+// (drive, joint, mode) of every drive.
+std::vector<std::tuple<std::string, std::string, std::string>> drives(const rille::Rover& rover) {
+  std::vector<std::tuple<std::string, std::string, std::string>> found;
+  for (const auto& drive : rover.drives) {
+    const char* mode = drive.mode == rille::DriveMode::speed ? "speed" : drive.mode == rille::DriveMode::torque ? "torque" : "position";
+    found.emplace_back(drive.name, rover.joints[static_cast<std::size_t>(drive.joint)].name, mode);
+  }
+  return found;
 }
 
 rille::Soil soil_from(const nb::dict& values) {
@@ -299,9 +360,10 @@ NB_MODULE(_solver, module) {
       "Single-wheel bench. cases: (n, 3) load [N], slip ratio [-], slip angle [rad]. wheel: radius, width [m], grouser_count, grouser_height [m].\n\n"
       "Returns (n, 8) sinkage [m], drawbar_pull, side_force [N], drive_torque [N m], normal_load [N], entry, peak and exit angle [rad]\n"
       "(angles: quasi_static only), and n words: done, not_carried, not_settled. See solver/src/simulate/bench.hpp.");
-  module.def("windows", &windows, "models"_a, "motions"_a, "n_steps"_a, "every"_a, "channels"_a, "threads"_a = 0,
+  module.def("windows", &windows, "models"_a, "motions"_a, "n_steps"_a, "every"_a, "channels"_a, "threads"_a = 0, "from_start"_a = false,
              "Short simulations in batch, over threads. motions: (n_windows, 8 + n_q + n_v), rows of Simulation.motion(); channels: list of\n"
-             "(quantity, target, component). Returns (n_models, n_windows, n_steps // every, n_channels), NaN after a run has ended.\n"
+             "(quantity, target, component). Returns (n_models, n_windows, n_steps // every, n_channels), NaN after a run has ended;\n"
+             "from_start: one sample more, before the first step. Of the commands each window is given those of its own time.\n"
              "The same numbers for any number of threads.");
 
   nb::class_<rille::Model>(module, "Model",
@@ -366,7 +428,23 @@ NB_MODULE(_solver, module) {
            "x"_a, "y"_a, "heading"_a, "Start elsewhere: position [m] and heading [rad] of the root in W; height and tilt stay as they are or come from the ground.")
       .def_prop_ro("step", [](const rille::Model& m) { return m.scenario.step; }, "Time step [s].")
       .def_prop_ro("duration", [](const rille::Model& m) { return m.scenario.duration; }, "Duration of the scenario [s].")
-      .def_prop_ro("drive_names", [](const rille::Model& m) { return names(m.rover.drives); }, "Order of drives.");
+      .def_prop_ro("drive_names", [](const rille::Model& m) { return names(m.rover.drives); }, "Order of drives.")
+      .def_prop_ro("drives", [](const rille::Model& m) { return drives(m.rover); }, "(drive, joint, mode: speed, torque or position) of every drive.")
+      .def_prop_ro("ratios", [](const rille::Model& m) { return ratios(m.rover); },
+                   "(joint a, joint b, ratio) of every differential and gear: position of b = ratio times that of a.")
+      .def_prop_ro("wheel_joints", [](const rille::Model& m) {
+             std::vector<std::pair<std::string, std::string>> found;
+             for (const auto& wheel : m.rover.wheels) found.emplace_back(wheel.name, m.rover.joints[static_cast<std::size_t>(wheel.joint)].name);
+             return found;
+           }, "(wheel, joint that it turns about) of every wheel.")
+      .def_prop_ro("root", [](const rille::Model& m) {
+             const int root = free_root(m.rover);
+             return root < 0 ? std::string() : m.rover.bodies[static_cast<std::size_t>(root)].name;
+           }, "Name of the body that no joint carries; '' where the world holds the mechanism.")
+      .def_prop_ro("placed_on_terrain", [](const rille::Model& m) { return m.scenario.placement == rille::Placement::on_terrain; },
+                   "Whether the scenario sets the root on the ground.")
+      .def_prop_ro("has_ground", [](const rille::Model& m) { return m.terrain.has_value(); }, "Whether the scenario has a terrain.")
+      .def_prop_ro("settle_time", [](const rille::Model& m) { return m.scenario.settle_time; }, "Longest time to come to rest [s].");
 
   nb::class_<Simulation>(module, "Simulation",
                          "One run in memory.\n\n"
@@ -415,17 +493,19 @@ NB_MODULE(_solver, module) {
       .def("command", [](Simulation& s, const std::string& drive, double value) {
              s.command(rille::find_named(s.model().rover.drives, drive, "the command is for drive"), value);
            }, "drive"_a, "value"_a, "Give a drive a set value now [rad/s, rad or N m].")
-      .def("sample", [](Simulation& s, long long n_steps, long long every, const Channels& channels) {
+      .def("sample", [](Simulation& s, long long n_steps, long long every, const Channels& channels, bool from_start) {
              if (n_steps < 1 || every < 1) throw rille::InputRefused("sample needs n_steps and every of at least 1");
              auto read = quantities(s.model().rover, channels);
-             std::vector<double> values(static_cast<std::size_t>(n_steps / every) * channels.size());
+             const std::size_t n_samples = static_cast<std::size_t>(n_steps / every) + (from_start ? 1 : 0);
+             std::vector<double> values(n_samples * channels.size());
              {
                nb::gil_scoped_release release;
-               sample(s, read, n_steps, every, values.data());
+               sample(s, read, n_steps, every, from_start, values.data());
              }
-             return array(std::move(values), static_cast<std::size_t>(n_steps / every), channels.size());
-           }, "n_steps"_a, "every"_a, "channels"_a,
-           "Advance n_steps and read channels, (quantity, target, component), after every so many: shape (n_steps // every, n_channels).")
+             return array(std::move(values), n_samples, channels.size());
+           }, "n_steps"_a, "every"_a, "channels"_a, "from_start"_a = false,
+           "Advance n_steps and read channels, (quantity, target, component), after every so many: shape (n_steps // every, n_channels);\n"
+           "from_start: one row more, before the first step.")
       .def("inverse_dynamics", [](Simulation& s, const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& acceleration) {
              const Eigen::Map<const Eigen::VectorXd> a(acceleration.data(), static_cast<Eigen::Index>(acceleration.shape(0)));
              const Eigen::VectorXd effort = s.inverse_dynamics(a);

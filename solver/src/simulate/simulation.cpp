@@ -284,7 +284,7 @@ bool Simulation::solve_rows() {
   const VectorXd& v_free = mechanism_.free_velocity(model_->scenario.step, effort_);
   do {
     if (!solver_.solve(mechanism_.mass_matrix(), v_free, rows_, velocity_)) return false;
-  } while (rigid_->tighten(rows_, solver_.impulse()));
+  } while (rigid_->tighten(rows_, solver_.impulse(), velocity_));
   return true;
 }
 
@@ -560,6 +560,16 @@ void Simulation::start_at(double time, const MechanismState& motion) {
 
 std::vector<double> Simulation::read(Quantity& quantity) const {
   return with_readable([&](const Readable& from) { return quantity.read(from); });
+}
+
+void Simulation::read(std::vector<std::pair<Quantity, int>>& quantities, double* values) const {
+  with_readable([&](const Readable& from) {
+    for (std::size_t k = 0; k < quantities.size(); ++k) {
+      const std::vector<double> all = quantities[k].first.read(from);
+      if (values != nullptr) values[k] = all[at(quantities[k].second)];
+    }
+    return 0;
+  });
 }
 
 Eigen::VectorXd Simulation::inverse_dynamics(const VectorXd& acceleration) {

@@ -54,6 +54,8 @@ class Simulation {
   void command(int drive, double value) { drives_[static_cast<std::size_t>(drive)].set(value); }
   // The quantity of the vocabulary as of now; see quantity.hpp.
   std::vector<double> read(Quantity& quantity) const;
+  // One component of each of several quantities as of now, into `values` unless that is null.
+  void read(std::vector<std::pair<Quantity, int>>& quantities, double* values) const;
 
   // Effort at every hinge and prismatic joint (n, first six: force on the root) that would give the accelerations (n) in the present
   // state, with the forces of soil and contacts of the last step.

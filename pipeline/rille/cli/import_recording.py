@@ -1,0 +1,180 @@
+"""``rille import``: recordings into the database."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rille.cli.talk import Json, print_json, progress, say
+
+if TYPE_CHECKING:
+    from rille.model.recording import Channel, GateFinding, Recording
+    from rille.recording.importing import Gate, Imported, Load
+    from rille.recording.manifest import Manifest
+    from rille.store import RecordingWriter
+
+
+def import_recording(
+    manifest: Annotated[list[Path], typer.Argument(help="Manifests (TOML): which file, which clock, what each column means.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Database with the model; a new one is made without a model.")],
+    report: Annotated[Path | None, typer.Option(help="HTML page with what the data gate found.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Import recordings: CSV, Parquet, MCAP, ROS 1 and 2 bags. The data gate looks at them first; nothing is corrected in silence.
+
+    An import that was interrupted goes on when the same command is given again.
+
+    Example: rille import examples/double_pendulum/clean.toml -o pendulum.db --report gate.html
+    """
+    from rille import store
+    from rille.model import InputRefused
+    from rille.recording.gate import gate
+    from rille.recording.manifest import read_manifest
+
+    sheets = [read_manifest(path) for path in manifest]
+    if report is not None and not report.parent.is_dir():
+        raise InputRefused(f"there is no folder '{report.parent}' for the report; make it first")
+    made = not output.exists()
+    if made:
+        store.create(output)
+    done: list[Imported] = []
+    try:
+        with store.held_open(output):
+            for sheet in sheets:
+                done += _import(sheet, output, gate, report)
+    except InputRefused:
+        _forget(output, made and not done)
+        raise
+    except KeyboardInterrupt:
+        say("the import was interrupted; give the same command again to go on")
+        raise
+    if report is not None:
+        _write_report(report, [entry.recording for entry in done], output)
+    if as_json:
+        print_json({"database": str(output), "recordings": [_facts(entry) for entry in done], "report": report})
+        return
+    for entry in done[:20]:
+        print(_line(entry))
+    if len(done) > 20:
+        print(f"... and {len(done) - 20} more recordings (`rille record list {output}`)")
+    _tell_findings([entry.recording for entry in done])
+
+
+def _import(manifest: "Manifest", output: Path, gate: "Gate", report: Path | None) -> "tuple[Imported, ...]":
+    from rille import recording, store
+
+    def refused(recordings: "Sequence[Recording]", load: "Load") -> None:
+        _tell_findings(recordings)
+        if report is not None:
+            _write_report(report, recordings, manifest.path, load)
+
+    rover = store.read_rover(output)
+    scenario = _scenario(manifest, output)
+    with progress(f"importing {manifest.sheet.name}") as update:
+        return recording.import_recording(
+            manifest,
+            _Shelf(output, split=bool(manifest.sheet.split)),
+            output.parent,
+            scenario=scenario,
+            targets=recording.targets_of(rover),
+            gate=gate,
+            on_progress=update,
+        )
+
+
+def _scenario(manifest: "Manifest", output: Path) -> str | None:
+    """Name of the manifest's scenario in the database; a file is stored there."""
+    if not isinstance(manifest.scenario, Path):
+        return manifest.scenario
+    from rille import simulate, store
+
+    drives = {drive.name: drive.mode for drive in store.read_rover(output).drives}
+    scenario = simulate.read_scenario_file(manifest.scenario, drives)
+    store.write_scenario(output, scenario)
+    return scenario.name
+
+
+class _Shelf:
+    """Recordings of one database."""
+
+    def __init__(self, database: Path, *, split: bool) -> None:
+        self._database, self._split = database, split
+
+    def open(self, recording: "Recording") -> "RecordingWriter | None":
+        """Begin a recording, or go on with one that was interrupted; None if the same import has completed it before."""
+        from rille import store
+
+        if self._split and recording.name in store.recording_names(self._database):
+            old = store.read_recording(self._database, recording.name, samples=False)
+            if (old.digest, old.manifest) == (recording.digest, recording.manifest):
+                return None
+        return store.RecordingWriter(self._database, recording)
+
+    def remove(self, name: str) -> None:
+        """Forget a recording."""
+        from rille import store
+
+        store.remove_recording(self._database, name)
+
+
+def _write_report(report: Path, recordings: "Sequence[Recording]", source: Path, load: "Load | None" = None) -> None:
+    from rille import store
+    from rille.view.gate_report import write_gate_report
+
+    def stored(recording: str, channel: str, span: tuple[float, float] | None) -> "Channel":
+        return store.read_recording(source, recording, channels=[channel], span=span).channel(channel)
+
+    write_gate_report(report, recordings, source=str(source), load=load or stored)
+    say(f"wrote {report}")
+
+
+def _forget(output: Path, empty: bool) -> None:
+    """Remove a database that this import made for nothing."""
+    if empty:
+        for file in (output, *(output.with_name(output.name + end) for end in ("-wal", "-shm"))):
+            file.unlink(missing_ok=True)
+
+
+def _line(entry: "Imported") -> str:
+    recording = entry.recording
+    counts = {role: len(recording.with_role(role)) for role in ("observed", "command", "ignore")}
+    channels = ", ".join(f"{count} {role}" for role, count in counts.items() if count)
+    kept = f", {entry.kept} samples were there from before" if entry.kept else ""
+    return f"{recording.name}: {entry.samples} samples of {channels}, {entry.start:.6g} to {entry.end:.6g} s{kept}"
+
+
+def _tell_findings(recordings: "Sequence[Recording]") -> None:
+    """Corrections and findings on stderr; equal ones of many recordings once."""
+    told: dict[tuple[str, str, str], list[tuple[str, GateFinding]]] = {}
+    for recording in recordings:
+        for finding in recording.findings:
+            told.setdefault((finding.severity, finding.code, finding.channel), []).append((recording.name, finding))
+    order = ("error", "warning", "note")
+    for (severity, _, _), found in sorted(told.items(), key=lambda item: order.index(item[0][0])):
+        name, finding = found[0]
+        more = f" (and in {len(found) - 1} more recordings)" if len(found) > 1 else ""
+        say(f"{severity}: {name}: {finding.message}{more}")
+
+
+def _facts(entry: "Imported") -> dict[str, object]:
+    recording = entry.recording
+    shown = ("name", "quantity", "component", "target", "unit", "role", "frame", "clock", "noise", "delay", "resolution")
+    return {
+        "name": recording.name,
+        "kind": recording.kind,
+        "scenario": recording.scenario,
+        "source": recording.source,
+        "samples": entry.samples,
+        "kept": entry.kept,
+        "start": entry.start,
+        "end": entry.end,
+        "channels": [{key: getattr(channel, key) for key in shown} for channel in recording.channels],
+        "corrections": [
+            {"kind": c.kind, "channel": c.channel, "detail": dict(c.detail), "reason": c.reason} for c in recording.corrections
+        ],
+        "findings": [
+            {"code": f.code, "severity": f.severity, "channel": f.channel, "detail": dict(f.detail), "message": f.message}
+            for f in recording.findings
+        ],
+    }

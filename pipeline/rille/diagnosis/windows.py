@@ -1,0 +1,93 @@
+"""Stretches of a recording that are replayed on their own, and which sample belongs to which."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import InputRefused
+from rille.model.recording import Channel, Recording
+
+Array = NDArray[np.float64]
+# What a start state decides; forces, loads and accelerations are compared, but do not shift it: an error of the model in them stays visible.
+STATE_QUANTITIES = (
+    "joint.position",
+    "joint.velocity",
+    "part.position",
+    "part.orientation",
+    "part.linear_velocity",
+    "part.angular_velocity",
+)
+GAP = 0.25  # of a window: a longer stretch without any sample of the state ends the window before it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cut:
+    """Windows. begin : (n,) [s] where the simulation begins, starts, stops : (n,) [s] what is compared; whole multiples of the step."""
+
+    begins: Array
+    starts: Array
+    stops: Array
+
+
+def cut(recording: Recording, channels: Sequence[Channel], window: float | None, step: float, run_up: float = 0.0) -> Cut:
+    """Windows of about that length [s], one behind the other; None: one over everything.
+
+    A window that a gap would cut ends where the gap begins, and the next starts behind it. ``run_up`` [s]: the simulation begins so much
+    earlier, so that wheels and contacts have found their loads where the comparison starts; where nothing was recorded before (at the
+    beginning, behind a gap), it starts so much later instead.
+
+    Raises
+    ------
+    InputRefused : if nothing that shows the state was recorded, or the window is shorter than four steps.
+    """
+    times = [c.time[np.isfinite(c.value)] - c.delay for c in channels if c.quantity in STATE_QUANTITIES]
+    all_times = np.unique(np.concatenate(times)) if times else np.empty(0)
+    if len(all_times) < 8:
+        raise InputRefused(
+            f"recording '{recording.name}' has {len(all_times)} samples that show a state ({', '.join(STATE_QUANTITIES[:3])} ...), "
+            "too few to start a replay from; give such a channel the role observed"
+        )
+    if window is not None and not window >= 4 * step:
+        raise InputRefused(f"the window is {window:g} s; it must be at least four steps of {step:g} s")
+    firsts, lasts = all_times[:1], all_times[-1:]
+    if window is not None:
+        longest_gap = max(GAP * window, 3 * float(np.median(np.diff(all_times))))
+        edges = np.flatnonzero(np.diff(all_times) > longest_gap)
+        firsts, lasts = np.r_[firsts, all_times[edges + 1]], np.r_[all_times[edges], lasts]
+    run_up = _up(min(run_up, 0.5 * window if window is not None else np.inf), step)
+    begins, starts, stops = [], [], []
+    for first, last in zip(firsts, lasts, strict=True):
+        begin = np.floor(first / step + 1e-6) * step
+        length = last - begin - run_up
+        if length < max(4 * step, 1e-9):
+            continue
+        count = 1 if window is None else max(1, round(length / window))  # a rest shorter than half a window joins the last one
+        edge = np.round((begin + run_up + (window or length) * np.arange(count + 1)) / step) * step
+        edge[-1] = _up(last, step)
+        begins.append(edge[:-1] - run_up)
+        starts.append(edge[:-1])
+        stops.append(edge[1:])
+    if not begins:
+        raise InputRefused(f"recording '{recording.name}' has no stretch without gaps that is longer than {run_up + 4 * step:g} s")
+    return Cut(begins=np.concatenate(begins), starts=np.concatenate(starts), stops=np.concatenate(stops))
+
+
+def _up(time: float, step: float) -> float:
+    """The next multiple of the step."""
+    return float(np.ceil(time / step - 1e-6) * step)
+
+
+def picked(channel: Channel, starts: Array, stops: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Samples of a channel that lie in a window: their places (m,) and windows (m,), both ascending.
+
+    A sample belongs to the window in which the instant that it speaks of (its time less the delay) lies.
+    """
+    instant = channel.time - channel.delay
+    window = np.searchsorted(starts, instant, side="right") - 1
+    inside = (window >= 0) & np.isfinite(channel.value)
+    inside &= instant <= stops[np.maximum(window, 0)] + 1e-9
+    places = np.flatnonzero(inside)
+    order = np.argsort(window[places], kind="stable")
+    return places[order], window[places][order]

@@ -1,0 +1,76 @@
+"""Recorded steps: what the manifest asks to change in what was recorded. Pure functions of one clock's times and values."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model.recording import Array, Channel, Correction
+
+WHOLE = ("sort", "drop_duplicates", "resample")  # need all samples of a clock at once; the others work piece by piece
+Values = dict[str, Array]
+
+
+def correct(step: Correction, clock: str, time: Array, values: Values, channels: Mapping[str, Channel]) -> tuple[Array, Values, int]:
+    """Apply one step to samples of one clock.
+
+    time : (n,) [s]. values : (n,) each, by name of the channel. Returns times, values, and how many samples the step touched.
+    A step whose ``channel`` names another clock or channel changes nothing.
+    """
+    if step.kind == "drop_samples":
+        if step.channel not in values:
+            return time, values, 0
+        chosen = _span(step, time)
+        return time, values | {step.channel: np.where(chosen, np.nan, values[step.channel])}, int(chosen.sum())
+    if step.channel not in ("", clock):
+        return time, values, 0
+    if step.kind == "shift_clock":
+        return time + _number(step, "by"), values, len(time)
+    if step.kind == "scale_clock":
+        return time * _number(step, "factor"), values, len(time)
+    if step.kind == "cut":
+        return _chosen(time, values, _span(step, time))
+    if step.kind == "sort":
+        order = np.argsort(time, kind="stable")
+        moved = int(np.count_nonzero(order != np.arange(len(order))))
+        return time[order], {name: value[order] for name, value in values.items()}, moved
+    if step.kind == "drop_duplicates":
+        return _chosen(time, values, np.concatenate([[True], np.diff(time) != 0]) if len(time) else np.ones(0, dtype=bool))
+    return _resampled(time, values, channels, 1 / _number(step, "rate"))
+
+
+def _number(step: Correction, key: str) -> float:
+    return float(step.detail[key])  # type: ignore[arg-type]
+
+
+def _span(step: Correction, time: Array) -> NDArray[np.bool_]:
+    start, end = (float(step.detail.get(key, bound)) for key, bound in (("start", -np.inf), ("end", np.inf)))  # type: ignore[arg-type]
+    return (time >= start) & (time <= end)
+
+
+def _chosen(time: Array, values: Values, keep: NDArray[np.bool_]) -> tuple[Array, Values, int]:
+    return time[keep], {name: value[keep] for name, value in values.items()}, int(len(time) - keep.sum())
+
+
+def _resampled(time: Array, values: Values, channels: Mapping[str, Channel], step: float) -> tuple[Array, Values, int]:
+    """On multiples of ``step``: commands hold their value, the rest is interpolated linearly, angles of an orientation the short way
+    round; an instant between samples of which one is missing is missing."""
+    if len(time) < 2:
+        return time, values, 0
+    first, last = np.ceil(time[0] / step - 1e-9), np.floor(time[-1] / step + 1e-9)
+    grid = np.arange(first, last + 1) * step
+    before = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, len(time) - 2)
+    width = time[before + 1] - time[before]
+    part = np.clip((grid - time[before]) / np.where(width > 0, width, 1), 0, 1)
+    found = {}
+    for name, value in values.items():
+        channel = channels[name]
+        if channel.role == "command":
+            found[name] = np.where(part >= 1, value[before + 1], value[before])
+            continue
+        rise = value[before + 1] - value[before]
+        if channel.quantity == "part.orientation" and channel.unit == "rad":
+            rise = (rise + np.pi) % (2 * np.pi) - np.pi
+        mixed = value[before] + part * rise
+        found[name] = np.where(part <= 0, value[before], np.where(part >= 1, value[before + 1], mixed))
+    return grid, found, len(grid)

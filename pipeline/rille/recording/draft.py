@@ -1,0 +1,250 @@
+"""A draft of a manifest from what a file holds; every guess says why, and what is unknown is ignored until a person fills it in."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from difflib import SequenceMatcher
+from pathlib import Path
+
+import numpy as np
+
+from rille.model.errors import InputRefused
+from rille.model.recording import QUANTITIES
+from rille.model.sheet import data_folder, toml_string
+from rille.recording.columns import Targets
+from rille.recording.guess import Guess, guess_column, guess_field, split_unit, words_of
+from rille.recording.reading.survey import FEW, Facts, Survey, message_fields, survey
+from rille.recording.stamps import LARGEST_START
+
+TIME_WORDS = ("time", "t", "stamp", "timestamp", "secs", "seconds", "datetime", "date")
+TIME_UNITS = {"s": "s", "ms": "ms", "us": "us", "ns": "ns", "min": "min"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Draft:
+    """text : TOML. guessed, unknown : names of columns that got a meaning, and of those that a person must look at."""
+
+    text: str
+    guessed: tuple[str, ...]
+    unknown: tuple[str, ...]
+
+
+def draft_manifest(path: Path, manifest: Path, targets: Targets | None = None) -> Draft:
+    """Draft the manifest of a file.
+
+    Parameters
+    ----------
+    manifest : where the draft will lie; the path of the file is written relative to its folder. targets : names in the model;
+        None: unknown.
+
+    Raises
+    ------
+    InputRefused : if the file cannot be read, or has no column that could be its time.
+    """
+    found = survey(path)
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem) or "recording"
+    lines = ["# Draft by `rille record new`: every guess says why. Read it, correct it, then `rille import` it."]
+    lines += [
+        f"name = {toml_string(name)}",
+        f"file = {toml_string(_reference(path, manifest))}",
+        f'format = "{found.format}"  # guess: because of its content',
+    ]
+    writer = _Writer(targets)
+    if found.topics:
+        lines += [
+            "",
+            "[time]",
+            'source = "log"  # guess: because every message has it; "header" is nearer to the sensor where all messages have one',
+        ]
+        channels = _topics(found, writer)
+    else:
+        clock, split, more = _clock(found, path)
+        lines += more
+        channels = _columns(found, clock, split, writer)
+    if not writer.guessed:
+        lines.append("# no column could be guessed: give at least one of them a quantity, a target and a unit")
+    return Draft(text="\n".join(lines + channels) + "\n", guessed=tuple(writer.guessed), unknown=tuple(writer.unknown))
+
+
+def _reference(path: Path, manifest: Path) -> str:
+    """Path of the file as the manifest names it."""
+    file, folder = path.resolve(), manifest.resolve().parent
+    if file.is_relative_to(folder):
+        return file.relative_to(folder).as_posix()
+    data = data_folder()
+    return f"${{RILLE_DATA}}/{file.relative_to(data).as_posix()}" if file.is_relative_to(data) else file.as_posix()
+
+
+def _clock(found: Survey, path: Path) -> tuple[Facts, list[str], list[str]]:
+    """The column of the time, and the tables that say so."""
+    candidates = [facts for facts in found.columns if facts.kind in ("number", "date")]
+    named = [facts for facts in candidates if set(words_of(split_unit(facts.name)[0])) & set(TIME_WORDS)]
+    rising = [facts for facts in candidates if len(facts.values) > 2 and bool(np.all(np.diff(facts.values) > 0))]
+    chosen = next(iter([f for f in named if f in rising or f.kind == "date"] or named or rising), None)
+    if chosen is None:
+        raise InputRefused(
+            f"no column of '{path}' is named like a time or rises from row to row ({', '.join(f.name for f in found.columns[:6])}); "
+            "add a column of the time, or write the manifest by hand"
+        )
+    why = "of its name" if chosen in named else "its values rise from row to row"
+    lines, split = [], _split(found, chosen)
+    if split:
+        names = ", ".join(toml_string(name) for name in split)
+        lines.append(
+            f"split = [{names}]  # guess: because the time begins anew where {' and '.join(split)} change{'s' if len(split) == 1 else ''}"
+        )
+    lines += ["", "[time]", f"column = {toml_string(chosen.name)}  # guess: because {why}"]
+    if chosen.kind == "date":
+        return chosen, split, [*lines, 'origin = "first"  # guess: because it holds dates']
+    unit, why = _time_unit(chosen)
+    lines.append(f'unit = "{unit}"  # guess: because {why}')
+    first = chosen.values[np.isfinite(chosen.values)][:1] * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}[unit]
+    if len(first) and abs(first[0]) > LARGEST_START:
+        lines.append(f'origin = "first"  # guess: because it begins at {first[0]:.6g} s, counted from some epoch')
+    return chosen, split, lines
+
+
+def _time_unit(facts: Facts) -> tuple[str, str]:
+    _, unit, ending = split_unit(facts.name)
+    if unit in TIME_UNITS:
+        return TIME_UNITS[unit], f"of the ending '{ending}'"
+    values = facts.values[np.isfinite(facts.values)]
+    if not len(values):
+        return "s", "nothing says another"
+    size, step = float(np.abs(values).max()), float(np.median(np.abs(np.diff(values)))) if len(values) > 1 else 0.0
+    for unit, least in (("ns", 1e17), ("us", 1e14), ("ms", 1e11)):
+        if size > least:
+            return unit, f"{size:.3g} {unit} since 1970 is a date of our time"
+    whole = bool(np.all(values == np.round(values)))
+    if whole and 1 <= step <= 1000 and size > 1000 * step / 10:
+        return "ms", f"it counts in whole numbers by {step:g}"
+    if whole and step > 1000:
+        return ("us", f"it counts in whole numbers by {step:g}") if step < 1e6 else ("ns", f"it counts in whole numbers by {step:g}")
+    return "s", f"steps of {step:.3g} s are usual"
+
+
+def _split(found: Survey, clock: Facts) -> list[str]:
+    """Columns whose changes go with the time's beginning anew; none if the time always rises."""
+    time = clock.values
+    anew = np.flatnonzero(np.diff(time) < 0) if len(time) else np.empty(0)
+    if not len(anew):
+        return [f.name for f in found.columns if f.kind == "text" and 1 < len(f.labels) < FEW][:2] if clock.kind == "number" else []
+    chosen = []
+    for facts in found.columns:
+        values = facts.values
+        if facts is clock or facts.kind != "number" or not len(values) or not bool(np.all(values == np.round(values))):
+            continue
+        changes = np.flatnonzero(np.diff(values) != 0)
+        if len(changes) and len(np.unique(values)) <= FEW and set(changes.tolist()) <= set(anew.tolist()):
+            chosen.append(facts.name)
+    texts = [f.name for f in found.columns if f.kind == "text" and 1 < len(f.labels) < FEW]
+    return [*texts, *chosen]
+
+
+class _Writer:
+    """Tables ``[[channel]]`` with their reasons."""
+
+    def __init__(self, targets: Targets | None) -> None:
+        self.targets = targets
+        self.guessed: list[str] = []
+        self.unknown: list[str] = []
+        self.seen: dict[tuple[str, ...], str] = {}
+
+    def channel(self, column: str, guess: Guess, note: str = "") -> list[str]:
+        """One table."""
+        lines = ["", "[[channel]]", f"column = {toml_string(column)}"]
+        target, why_target = self._target(guess) if guess.quantity else ("", "")
+        if not guess.quantity or not target:
+            self.unknown.append(column)
+            reason = guess.because if not guess.quantity else f"{guess.because}, but {why_target}"
+            return [*lines, f'role = "ignore"  # unknown: {_comment(reason)}{note}; else give quantity, target, unit and role']
+        lines.append(f'quantity = "{guess.quantity}"  # guess: because {_comment(guess.because)}{note}')
+        lines += [f'component = "{guess.component}"'] if guess.component else []
+        lines.append(f"target = {toml_string(target)}  # guess: because {_comment(why_target)}")
+        lines.append(f"unit = {toml_string(guess.unit)}")
+        lines += [f'frame = "{guess.frame}"  # guess: because it is told in the axes of the body'] if guess.frame == "body" else []
+        key = (guess.quantity, guess.component, target, guess.role, guess.frame)
+        role = guess.role
+        if key in self.seen and role == "command":
+            lines.append(f"role = \"ignore\"  # guess: because '{_comment(self.seen[key])}' commands the same")
+        else:
+            lines += [f'role = "{role}"'] if role != "observed" else []
+            if key in self.seen:
+                lines.append(f"redundant = true  # guess: because '{_comment(self.seen[key])}' is the same quantity")
+        self.seen.setdefault(key, column)
+        self.guessed.append(column)
+        return lines
+
+    def _target(self, guess: Guess) -> tuple[str, str]:
+        """The thing in the model that the rest of the name may mean, and why."""
+        kind = QUANTITIES[guess.quantity].target
+        rest = " ".join(guess.rest)
+        if self.targets is None:
+            made = "_".join(guess.rest) or kind
+            return (f"{kind}_{made}" if made[0].isdigit() else made), "no model was given; it must be a name of the model (--model)"
+        names = [*self.targets.named(kind)] if kind != "joint" else [*self.targets.joints]
+        if len(names) == 1:
+            return names[0], f"the model has one {kind}"
+        numbers = [int(word) for word in guess.rest if word.isdigit()]
+        ordered = [name for name in self.targets.joints if self.targets.joints[name] != "fixed"] if kind == "joint" else sorted(names)
+        best = max(names, key=lambda name: _likeness(rest, name), default="")
+        if best and _likeness(rest, best) >= 0.5:
+            return best, f"'{rest}' resembles it"
+        if len(numbers) == 1 and 1 <= numbers[0] <= len(ordered):
+            return ordered[numbers[0] - 1], f"it is number {numbers[0]} of the model's {kind}s"
+        return "", f"no {kind} of the model resembles '{rest}' ({', '.join(sorted(names)[:6])})"
+
+
+def _likeness(rest: str, name: str) -> float:
+    if not rest:
+        return 0.0
+    own = " ".join(words_of(name))
+    return 1.0 if set(own.split()) == set(rest.split()) else SequenceMatcher(None, rest, own).ratio()
+
+
+def _comment(text: str) -> str:
+    return re.sub(r"[\x00-\x1f\x7f]", " ", text)
+
+
+def _columns(found: Survey, clock: Facts, split: Sequence[str], writer: _Writer) -> list[str]:
+    lines: list[str] = []
+    places = {(g.quantity, g.component) for g in (guess_column(facts.name) for facts in found.columns)}
+    falls = ("part.position", "z") in places and not places & {("part.position", "x"), ("part.position", "y")}
+    for facts in found.columns:
+        if facts is clock or facts.kind == "text" or facts.name in split:
+            continue
+        if facts.kind != "number":
+            lines += writer.channel(facts.name, Guess(because=f"it holds {'dates' if facts.kind == 'date' else 'no numbers'}"))
+            continue
+        values = facts.values[np.isfinite(facts.values)]
+        if len(facts.values) and not len(values):
+            lines += writer.channel(facts.name, Guess(because="it is empty"))
+            continue
+        note = f" (first rows: {values.min():.4g} to {values.max():.4g})" if len(values) else ""
+        if len(values) and values.min() == values.max():
+            note += "; constant there"
+        guess = guess_column(facts.name)
+        if falls and guess.quantity == "part.linear_velocity" and split_unit(facts.name)[1] and len(words_of(facts.name)) <= 2:
+            guess = replace(guess, component="z", because=f"{guess.because}; vertical, as the height is the only coordinate")
+        if guess.unit == "rad" and len(values) and np.abs(values).max() > 50 and not split_unit(facts.name)[1] and guess.component:
+            note += '; so large an angle may be in "deg"'
+        lines += writer.channel(facts.name, guess, note)
+    return lines
+
+
+def _topics(found: Survey, writer: _Writer) -> list[str]:
+    lines: list[str] = []
+    for topic in found.topics:
+        fields: Sequence[tuple[str, float]] = [] if topic.example is None else message_fields(topic)
+        guesses = [(field, guess_field(topic.name, topic.kind, field)) for field, _ in fields]
+        known = [(field, guess) for field, guess in guesses if guess.quantity]
+        if not known:
+            told = ", ".join(field for field, _ in fields[:8]) or "no numbers"
+            lines += [
+                "",
+                f"# topic {_comment(topic.name)} ({_comment(topic.kind)}) was left out, because no field is known: {_comment(told)}",
+            ]
+            continue
+        for field, guess in known:
+            lines += writer.channel(f"{topic.name}.{field}", guess)
+    return lines

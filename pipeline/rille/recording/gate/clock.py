@@ -1,0 +1,108 @@
+"""Is the clock one: forward, without gaps, and in a unit that a machine could have been recorded in?"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model.recording import GateFinding
+
+Array = NDArray[np.float64]
+FASTEST = 20_000.0  # [Hz] a machine's logger is slower
+SLOWEST = 5.0  # [s] between samples; a log of a moving machine is denser
+SHORT = {1e3: "ms", 1e6: "us", 1e9: "ns"}
+
+
+def check_clock(name: str, time: Array, *, moving: bool = True) -> list[GateFinding]:
+    """Findings about stamps (n,) [s]: backwards, duplicates, gaps, lost samples, jitter, and a rate that no logger has.
+
+    moving : False: nothing changes over time, so that the rate proves nothing.
+    """
+    if len(time) < 2:
+        return []
+    if not np.isfinite(time).all():
+        bad = int((~np.isfinite(time)).sum())
+        message = f"clock '{name}': {bad} of {len(time)} stamps are no numbers; remove those rows from the file"
+        return [GateFinding(code="clock_not_finite", severity="error", channel=name, detail={"count": bad}, message=message)]
+    interval = np.diff(time)
+    found = _order(name, time, interval)
+    forward = interval[interval > 0]
+    if len(forward):
+        found += _rate(name, forward, time, moving) + _gaps(name, time, interval, forward) + _jitter(name, forward)
+    return found
+
+
+def _order(name: str, time: Array, interval: Array) -> list[GateFinding]:
+    found = []
+    back = np.flatnonzero(interval < 0)
+    if len(back):
+        k = int(back[0])
+        message = (
+            f"clock '{name}' runs backwards at {len(back)} of {len(time)} samples, first after {time[k]:.6g} s, by {-interval[k]:.3g} s; "
+            'state a [[correction]] kind = "sort" with its reason, or repair the file'
+        )
+        detail = {"count": len(back), "first": float(time[k]), "largest": float(-interval[back].min())}
+        found.append(GateFinding(code="clock_backwards", severity="error", channel=name, detail=detail, message=message))
+    same = np.flatnonzero(interval == 0)
+    if len(same):
+        message = (
+            f"clock '{name}' stamps {len(same)} of {len(time)} samples with the time of the one before, first at {time[same[0]]:.6g} s; "
+            'state a [[correction]] kind = "drop_duplicates" with its reason'
+        )
+        detail = {"count": len(same), "first": float(time[same[0]])}
+        found.append(GateFinding(code="clock_duplicates", severity="error", channel=name, detail=detail, message=message))
+    return found
+
+
+def _rate(name: str, forward: Array, time: Array, moving: bool) -> list[GateFinding]:
+    step = float(np.median(forward))
+    if step < 1 / FASTEST:
+        factor = next((f for f in (1e3, 1e6, 1e9) if step * f > 5e-5), 1e9)
+        means = f"{1 / step:.4g} Hz; were the stamps {SHORT[factor]} too short by unit, it would be {1 / (step * factor):.4g} Hz"
+        message = f"clock '{name}' has a median interval of {step:.3g} s, that is {means}; state the unit of [time] {factor:g} times larger"
+        detail = {"step": step, "factor": factor}
+        return [GateFinding(code="time_unit", severity="error", channel=name, detail=detail, message=message)]
+    whole = bool(np.all(time[:10_000] == np.round(time[:10_000]))) and len(time) > 10
+    if moving and (step > SLOWEST or (step >= 2 and whole)):
+        factor = next((f for f in (1e3, 1e6, 1e9) if step / f < 2), 1e9)
+        what = "whole numbers with " if whole else ""
+        message = (
+            f"clock '{name}' has {what}a median interval of {step:.4g} s and lasts {time[-1] - time[0]:.4g} s; stamps in {SHORT[factor]} "
+            f'would mean {factor / step:.4g} Hz: state unit = "{SHORT[factor]}" in [time] if that is so, or accept "time_unit"'
+        )
+        detail = {"step": step, "unit": SHORT[factor]}
+        return [GateFinding(code="time_unit", severity="error", channel=name, detail=detail, message=message)]
+    return []
+
+
+def _gaps(name: str, time: Array, interval: Array, forward: Array) -> list[GateFinding]:
+    step, usual = float(np.median(forward)), float(np.quantile(forward, 0.9))
+    found = []
+    least = max(5.5 * step, 6 * usual)
+    gaps = np.flatnonzero(interval > least)
+    if len(gaps):
+        longest = gaps[np.argmax(interval[gaps])]
+        message = (
+            f"clock '{name}' has {len(gaps)} gap{'s' if len(gaps) > 1 else ''} of more than {least:.3g} s, the longest of "
+            f"{interval[longest]:.4g} s after {time[longest]:.6g} s (median interval {step:.3g} s)"
+        )
+        worst = gaps[np.argsort(interval[gaps])[::-1][:50]]
+        detail = {"count": len(gaps), "intervals": [[float(time[k]), float(time[k + 1])] for k in sorted(worst)], "step": step}
+        found.append(GateFinding(code="clock_gap", severity="warning", channel=name, detail=detail, message=message))
+    if usual < 1.2 * step:  # a regular clock, so that single samples can be missed
+        lost = np.round(interval / step) - 1
+        lost = lost[(lost >= 1) & (interval <= 5.5 * step)]
+        if len(lost):
+            message = f"clock '{name}' lost {int(lost.sum())} single samples at {len(lost)} places, {lost.sum() / len(time):.2%} of all"
+            detail = {"count": int(lost.sum()), "fraction": float(lost.sum() / len(time))}
+            found.append(GateFinding(code="clock_lost", severity="note", channel=name, detail=detail, message=message))
+    return found
+
+
+def _jitter(name: str, forward: Array) -> list[GateFinding]:
+    step = float(np.median(forward))
+    usual = forward[forward < 5.5 * step]
+    jitter = float(np.std(usual))
+    if jitter < 0.02 * step:
+        return []
+    message = f"clock '{name}' is irregular: intervals of {step:.4g} s (median) with a standard deviation of {jitter:.3g} s"
+    detail = {"step": step, "jitter": jitter, "shortest": float(usual.min()), "longest": float(usual.max())}
+    return [GateFinding(code="clock_jitter", severity="note", channel=name, detail=detail, message=message)]

@@ -1,0 +1,62 @@
+"""What a column's name says of its unit, against what the manifest says."""
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from rille.model.errors import InputRefused
+from rille.model.quantity import to_si
+from rille.model.recording import Channel, GateFinding, Recording
+from rille.recording.gate.unit_names import spelt_unit
+
+
+def check_header(recording: Recording) -> list[GateFinding]:
+    """Columns, that of time included, whose name states another unit than the manifest does. Declared scales are believed."""
+    try:
+        manifest: Mapping[str, Any] = tomllib.loads(recording.manifest)
+    except tomllib.TOMLDecodeError:
+        return []
+    found = []
+    time = manifest.get("time", {})
+    if isinstance(time, dict) and isinstance(time.get("column"), str):
+        spelt, declared = spelt_unit(time["column"], "s"), _factor(time.get("unit"), "s")
+        if spelt is not None and declared is not None and not _equal(spelt[1], declared):
+            message = (
+                f"the time column '{time['column']}' is named for {spelt[0]}, but [time] says unit = \"{time['unit']}\"; "
+                'state the right one, or accept "time_unit"'
+            )
+            found.append(
+                GateFinding(code="time_unit", severity="error", detail={"name": spelt[0], "declared": time["unit"]}, message=message)
+            )
+    for entry in manifest.get("channel", []):
+        if not isinstance(entry, dict) or "scale" in entry or entry.get("role") == "ignore":
+            continue
+        column = str(entry.get("column", ""))
+        for channel in recording.channels:
+            if channel.name == column or channel.name.startswith(f"{column} ("):
+                found += _compare(channel, column, entry.get("unit"))
+                break
+    return found
+
+
+def _compare(channel: Channel, column: str, unit: object) -> list[GateFinding]:
+    spelt, declared = spelt_unit(column, channel.unit), _factor(unit, channel.unit)
+    if spelt is None or declared is None or _equal(spelt[1], declared):
+        return []
+    message = (
+        f"column '{column}' is named for {spelt[0]}, but the manifest says unit = \"{unit}\"; state the right one, "
+        'or accept "header" for this channel'
+    )
+    detail = {"name": spelt[0], "declared": unit, "factor": spelt[1] / declared}
+    return [GateFinding(code="header", severity="error", channel=channel.name, detail=detail, message=message)]
+
+
+def _factor(unit: object, si: str) -> float | None:
+    try:
+        return to_si(f"1 {unit}", si, "unit") if isinstance(unit, str) else None
+    except InputRefused:  # a unit of another dimension, which a scale may mend: import judges that
+        return None
+
+
+def _equal(one: float, other: float) -> bool:
+    return abs(one / other - 1) < 1e-6

@@ -1,0 +1,117 @@
+"""Does a draft say why, and does it import as it stands?"""
+
+import re
+import tomllib
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from machines import cart
+from recording_files import write_bag, write_mcap
+from recording_import import load
+from rille import store
+from rille.model.sheet import data_folder
+from rille.recording.columns import targets_of
+from rille.recording.draft import draft_manifest
+from rille.recording.guess import guess_column, split_unit
+
+
+def drafted(folder, file, targets=None):
+    """The draft of a file, written beside it and read as TOML."""
+    path = folder / "draft.toml"
+    draft = draft_manifest(file, path, targets)
+    path.write_text(draft.text)
+    content = tomllib.loads(draft.text)
+    return path, draft, {channel["column"]: channel for channel in content["channel"]}, content
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("pos_meas1", ("joint.position", "", "rad", "observed")),
+        ("vel_cmd_fl", ("joint.velocity", "", "rad/s", "command")),
+        ("tau [mN m]", ("joint.effort", "", "mN m", "observed")),
+        ("left_wheel_vel", ("joint.velocity", "", "rad/s", "observed")),
+        ("icp_x", ("part.position", "x", "m", "observed")),
+        ("icp_yaw", ("part.orientation", "yaw", "rad", "observed")),
+        ("yaw_deg", ("part.orientation", "yaw", "deg", "observed")),
+        ("imu_gyro_z", ("part.angular_velocity", "z", "rad/s", "observed")),
+        ("ax", ("part.linear_acceleration", "x", "m/s^2", "observed")),
+        ("qw", ("part.orientation", "w", "1", "observed")),
+        ("motorCurrent_mA", ("motor.current", "", "mA", "observed")),
+        ("wheel_rpm", ("", "", "", "observed")),
+        ("tau_des1", ("", "", "", "observed")),
+        ("banana", ("", "", "", "observed")),
+    ],
+)
+def test_guesses(name, expected):
+    guess = guess_column(name)
+    assert (guess.quantity, guess.component, guess.unit, guess.role) == expected
+    assert guess.because
+
+
+def test_units_of_names():
+    assert split_unit("height_mm")[:2] == ("height", "mm")
+    assert split_unit("speed (km/h)")[:2] == ("speed", "km/h")
+    assert split_unit("omega_rad_s")[:2] == ("omega", "rad/s")
+    assert split_unit("s")[:2] == ("s", "")
+
+
+def test_every_guess_says_why(tmp_path):
+    t = np.arange(1000) * 10 + 1_700_000_000_000
+    columns = {"stamp": t, "q_left_deg": np.sin(t), "cmd_left": np.cos(t), "banana": t * 0.5, "temperature": np.full(1000, 20.0)}
+    pq.write_table(pa.table(columns), tmp_path / "d.parquet")
+    path, draft, channels, content = drafted(tmp_path, tmp_path / "d.parquet")
+    assert content["time"] == {"column": "stamp", "unit": "ms", "origin": "first"}
+    assert channels["q_left_deg"]["unit"] == "deg"
+    assert channels["banana"] == {"column": "banana", "role": "ignore"}
+    assert set(draft.unknown) == {"cmd_left", "banana", "temperature"}
+    for line in draft.text.splitlines():
+        if re.match(r"(quantity|target|column = \"stamp|format|origin)", line):
+            assert "# guess: because" in line, line
+        if 'role = "ignore"' in line:
+            assert "# unknown:" in line
+    load(path, tmp_path / "m.db")
+    np.testing.assert_allclose(store.read_recording(tmp_path / "m.db", "d").channels[0].time[:3], [0, 0.01, 0.02])
+
+
+@pytest.mark.parametrize("kind", ["json", "ros1", "cdr", "bag", "folder"])
+def test_messages(tmp_path, kind):
+    file = tmp_path / {"bag": "d.bag", "folder": "d"}.get(kind, "d.mcap")
+    if kind in ("bag", "folder"):
+        write_bag(file, n=300)
+    else:
+        write_mcap(file, kind, n=300)
+    path, _, channels, _ = drafted(tmp_path, file)
+    assert channels["/joint_states.position[left]"]["target"] == "left"
+    assert channels["/joint_states.velocity[right]"]["quantity"] == "joint.velocity"
+    assert channels["/x.data"]["component"] == "x"
+    load(path, tmp_path / "m.db")
+    assert len(store.read_recording(tmp_path / "m.db", "d").channels) == 5
+
+
+def test_targets_are_those_of_the_model(tmp_path):
+    rover = cart(5.0, 0.15, 0.165)
+    joint = rover.joints[0].name
+    pq.write_table(pa.table({"t": [0.0, 1.0], f"{joint}_velocity": [0.0, 1.0], "x_m": [0.0, 1.0]}), tmp_path / "d.parquet")
+    _, _, channels, _ = drafted(tmp_path, tmp_path / "d.parquet", targets_of(rover))
+    assert channels[f"{joint}_velocity"]["target"] == joint
+    store.create(tmp_path / "m.db")
+    store.write_rover(tmp_path / "m.db", rover)
+    load(tmp_path / "draft.toml", tmp_path / "m.db")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ball_drops.csv", "double_pendulum_acrobot_clean.parquet", "double_pendulum_sysid.parquet", "husky_terrain_imu.parquet"],
+)
+def test_real_files_draft_and_import_as_they_stand(tmp_path, name):
+    file = data_folder() / "data/recordings" / name
+    if not file.is_file():
+        pytest.skip(f"the real recordings are not here ({file}); set RILLE_DATA")
+    path, _, _, content = drafted(tmp_path, file)
+    assert content["split"]
+    load(path, tmp_path / "m.db")
+    assert len(store.recording_names(tmp_path / "m.db")) >= 10

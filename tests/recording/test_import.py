@@ -1,0 +1,253 @@
+"""Does import store what was measured: units, steps, splits, long files, and what an interruption leaves?"""
+
+import math
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from machines import cart
+from recording_files import drive, write_bag, write_mcap
+from recording_import import CHANNELS, load, manifest
+from rille import store
+from rille.model import InputRefused
+from rille.recording import importing
+from rille.recording.spool import Spool
+
+
+def table(folder, columns, name="d.parquet"):
+    pq.write_table(pa.table(columns), folder / name)
+    return folder / name
+
+
+def smooth(n=1000, seed=5):
+    t = np.cumsum(np.random.default_rng(seed).uniform(0.9e-3, 1.1e-3, n))
+    return {"t": t, "q": np.sin(t), "v": np.cos(t)}
+
+
+def test_units_scale_and_offset(tmp_path):
+    data = smooth()
+    table(tmp_path, {"t": 1e3 * data["t"], "q": np.degrees(data["q"]), "i": data["v"]})
+    channels = """
+[[channel]]
+column = "q"
+quantity = "joint.position"
+target = "knee"
+unit = "deg"
+scale = -1
+offset = "10 deg"
+noise = "0.5 deg"
+delay = "7 ms"
+[[channel]]
+column = "i"
+quantity = "joint.effort"
+target = "knee"
+unit = "mA"
+scale = "0.095 N m/A"
+"""
+    (done,) = load(manifest(tmp_path, "d.parquet", channels=channels, time='[time]\ncolumn = "t"\nunit = "ms"'), tmp_path / "m.db")
+    recording = store.read_recording(tmp_path / "m.db", "drive")
+    angle, effort = recording.channels
+    # one multiplication and one addition each: some units in the last place
+    np.testing.assert_allclose(angle.time, data["t"], rtol=1e-15)
+    np.testing.assert_allclose(angle.value, math.radians(10) - data["q"], atol=1e-15)
+    np.testing.assert_allclose(effort.value, 0.095e-3 * data["v"], rtol=1e-14)
+    assert (angle.unit, effort.unit, angle.delay) == ("rad", "N m", 0.007)
+    assert angle.noise == pytest.approx(math.radians(0.5))
+    assert [(c.kind, c.channel) for c in recording.corrections] == [("scale", "q"), ("scale", "i")]
+    assert done.samples == 2000
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "folder"])
+def test_messages_from_an_epoch_begin_at_zero(tmp_path, kind):
+    path = tmp_path / {"mcap": "d.mcap", "bag": "d.bag", "folder": "d"}[kind]
+    (write_mcap if kind == "mcap" else write_bag)(path, n=500)
+    channels = """
+[[channel]]
+column = "/joint_states.position[left]"
+name = "left"
+quantity = "joint.position"
+target = "left"
+unit = "rad"
+[[channel]]
+column = "/x.data"
+quantity = "part.position"
+component = "x"
+target = "base"
+unit = "m"
+"""
+    load(manifest(tmp_path, path.name, channels=channels, time=""), tmp_path / "m.db")
+    recording = store.read_recording(tmp_path / "m.db", "drive")
+    stamp, position, _, x = drive(n=500)
+    left, place = recording.channels
+    stamp = stamp - stamp[0]
+    np.testing.assert_array_equal(left.time, stamp / 1e9)  # integers until the origin is subtracted: nothing is rounded twice
+    np.testing.assert_array_equal(left.value, position[:, 0])
+    np.testing.assert_array_equal(place.time, stamp[::10] / 1e9)
+    np.testing.assert_array_equal(place.value, x[::10])
+    assert (left.clock, place.clock) == ("/joint_states", "/x")
+    assert [c.kind for c in recording.corrections] == ["origin"]
+
+
+def test_split_and_where(tmp_path):
+    n = 100
+    runs = np.repeat([3.0, 1.0, 2.0], n)
+    robots = np.array(["a"] * (2 * n) + ["b"] * n)
+    table(tmp_path, {"t": np.tile(np.arange(n) * 0.01, 3), "q": np.arange(3.0 * n), "v": np.zeros(3 * n), "run": runs, "robot": robots})
+    path = manifest(tmp_path, "d.parquet", top='split = ["robot", "run"]', time='[where]\nrobot = "a"\n[time]\ncolumn = "t"\nunit = "s"')
+    load(path, tmp_path / "m.db")
+    assert store.recording_names(tmp_path / "m.db") == ("drive/a/3", "drive/a/1")
+    np.testing.assert_array_equal(store.read_recording(tmp_path / "m.db", "drive/a/1").channel("q").value, np.arange(n, 2.0 * n))
+
+
+def test_one_command_for_two_drives(tmp_path):
+    table(tmp_path, {"t": [0.0, 1.0], "u": [1.0, 2.0]})
+    channels = '[[channel]]\ncolumn = "u"\nquantity = "joint.velocity"\ntarget = ["fl", "rl"]\nunit = "rad/s"\nrole = "command"\n'
+    load(manifest(tmp_path, "d.parquet", channels=channels), tmp_path / "m.db")
+    channels = store.read_recording(tmp_path / "m.db", "drive").channels
+    assert [(c.name, c.target, c.value.tolist()) for c in channels] == [("u (fl)", "fl", [1, 2]), ("u (rl)", "rl", [1, 2])]
+
+
+def test_corrections_are_made_in_order_and_recorded(tmp_path):
+    data = smooth(n=50_000)
+    order = np.random.default_rng(1).permutation(50_000)
+    twice = np.append(order, order[:100])
+    table(tmp_path, {name: column[twice] for name, column in data.items()})
+    steps = """
+[[correction]]
+kind = "sort"
+reason = "two loggers were merged"
+[[correction]]
+kind = "drop_duplicates"
+reason = "both logged the beginning"
+[[correction]]
+kind = "shift_clock"
+by = "-0.5 s"
+reason = "trigger"
+[[correction]]
+kind = "drop_samples"
+channel = "v"
+start = 1
+end = "2 s"
+reason = "cable was loose"
+[[correction]]
+kind = "cut"
+start = 0
+reason = "before the trigger"
+"""
+    load(manifest(tmp_path, "d.parquet", channels=CHANNELS + steps), tmp_path / "m.db")
+    recording = store.read_recording(tmp_path / "m.db", "drive")
+    kept = data["t"] - 0.5 >= 0
+    q, v = recording.channels
+    np.testing.assert_array_equal(q.time, (data["t"] - 0.5)[kept])
+    np.testing.assert_array_equal(q.value, data["q"][kept])
+    loose = (v.time >= 1) & (v.time <= 2)
+    np.testing.assert_array_equal(np.isnan(v.value), loose)
+    found = [(c.kind, c.detail["samples"]) for c in recording.corrections]
+    assert found[1:] == [("drop_duplicates", 100), ("shift_clock", 50_000), ("drop_samples", int(loose.sum())), ("cut", int((~kept).sum()))]
+    assert found[0][0] == "sort"
+    assert recording.corrections[0].reason == "two loggers were merged"
+
+
+def test_resampling(tmp_path):
+    t = np.array([0.0, 0.1, 0.25, 0.4])
+    yaw = np.array([3.0, 3.1, -3.1, -3.0])  # crosses pi
+    table(tmp_path, {"t": t, "u": [0.0, 1.0, 2.0, 3.0], "yaw": yaw, "x": 2 * t})
+    channels = "".join(
+        f'[[channel]]\ncolumn = "{c}"\nquantity = "{q}"\ntarget = "b"\nunit = "{u}"\n{more}\n'
+        for c, q, u, more in (
+            ("u", "joint.effort", "N m", 'role = "command"'),
+            ("yaw", "part.orientation", "rad", 'component = "yaw"'),
+            ("x", "part.position", "m", 'component = "x"'),
+        )
+    )
+    step = '[[correction]]\nkind = "resample"\nrate = "20 Hz"\nreason = "one rate for all"\n'
+    load(manifest(tmp_path, "d.parquet", channels=channels + step), tmp_path / "m.db")
+    u, yaw, x = store.read_recording(tmp_path / "m.db", "drive").channels
+    np.testing.assert_allclose(u.time, np.arange(9) * 0.05, atol=1e-15)
+    np.testing.assert_allclose(x.value, 2 * u.time, atol=1e-15)  # linear stays linear
+    assert u.value.tolist() == [0, 0, 1, 1, 1, 2, 2, 2, 3]  # a command holds
+    between = 3.1 + (2 * np.pi - 6.2) / 3  # a third of the way round from 3.1 to -3.1
+    np.testing.assert_allclose(yaw.value[3], between, atol=1e-12)
+
+
+def test_an_import_that_was_interrupted_goes_on(tmp_path, monkeypatch):
+    n = 400_000
+    data = smooth(n)
+    table(tmp_path, data)
+    path = manifest(tmp_path, "d.parquet")
+    monkeypatch.setattr(importing, "COMMIT_EVERY", 0.0)
+
+    def stop(what, fraction):
+        if what == "reading" and fraction > 0.35:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        load(path, tmp_path / "m.db", on_progress=stop)
+    assert store.recording_names(tmp_path / "m.db") == ()
+    (done,) = load(path, tmp_path / "m.db")
+    assert 0 < done.kept < done.samples == 2 * n
+    recording = store.read_recording(tmp_path / "m.db", "drive")
+    for name in ("q", "v"):
+        np.testing.assert_array_equal(recording.channel(name).value, data[name])
+    np.testing.assert_array_equal(recording.channel("q").time, data["t"])
+
+
+def test_a_split_that_was_interrupted_while_storing_goes_on(tmp_path):
+    table(tmp_path, {"t": [0.0, 1.0, 0.0, 1.0], "q": [1.0, 2, 3, 4], "v": [0.0] * 4, "run": [1, 1, 2, 2]})
+    path = manifest(tmp_path, "d.parquet", top='split = ["run"]')
+
+    def stop(what, fraction):
+        if what == "storing" and fraction > 0.96:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        load(path, tmp_path / "m.db", on_progress=stop)
+    assert store.recording_names(tmp_path / "m.db") == ("drive/1",)
+    load(path, tmp_path / "m.db")
+    assert store.recording_names(tmp_path / "m.db") == ("drive/1", "drive/2")
+    with pytest.raises(InputRefused, match="in the database already"):
+        load(path, tmp_path / "m.db")
+
+
+def test_long_columns_wait_in_files_and_the_gate_can_load_them(tmp_path, monkeypatch):
+    spool = Spool(tmp_path)
+    values = np.random.default_rng(0).normal(size=700_000)
+    for part in np.array_split(np.arange(700_000), 7):
+        spool.append("t", part * 1e-3, {"q": values[part]})
+    np.testing.assert_array_equal(spool.values("t", "q"), values)
+    assert spool.forward("t")
+    assert not list(tmp_path.iterdir())  # the files have no names: nothing is left if the process dies
+    spool.append("t", np.array([0.0]), {"q": np.array([1.0])})
+    assert not spool.forward("t")
+    spool.close()
+
+    table(tmp_path, smooth(2000))
+    monkeypatch.setattr(importing, "MANY", 10)
+    seen = []
+
+    def gate(recordings, on_progress=None, *, load=None):
+        whole = load(recordings[0].name, "q", None)
+        seen.append((len(whole.value), load(recordings[0].name, "q", (0.5, 1.0)).time))
+        return [()]
+
+    load(manifest(tmp_path, "d.parquet"), tmp_path / "m.db", gate=gate)
+    assert seen[0][0] == 2000
+    assert 0.5 <= seen[0][1].min() < 0.502
+    assert 0.998 < seen[0][1].max() <= 1.0
+
+
+def test_kind_of_joint_decides_the_unit(tmp_path):
+    store.create(tmp_path / "m.db")
+    rover = cart(5.0, 0.15, 0.165)
+    store.write_rover(tmp_path / "m.db", rover)
+    name = rover.joints[0].name
+    table(tmp_path, {"t": [0.0, 1.0], "q": [0.0, 1.0], "v": [0.0, 1.0]})
+    good = CHANNELS.replace("knee", name)
+    load(manifest(tmp_path, "d.parquet", channels=good), tmp_path / "m.db")
+    with pytest.raises(InputRefused, match="measured in rad;"):
+        load(manifest(tmp_path, "d.parquet", channels=good.replace('"rad"', '"mm"')), tmp_path / "m.db")
+    with pytest.raises(InputRefused, match=f"model does not have; did you mean '{name}'"):
+        load(manifest(tmp_path, "d.parquet", channels=CHANNELS.replace("knee", name[:-1])), tmp_path / "m.db")
+    assert store.recording_names(tmp_path / "m.db") == ("drive",)

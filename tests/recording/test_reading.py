@@ -1,0 +1,131 @@
+"""Does every format give the numbers that were written, to the bit?"""
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from recording_files import EPOCH, drive, write_bag, write_mcap
+from rille.model import InputRefused
+from rille.recording.reading import Wanted, format_of, open_source
+from rille.recording.reading.address import parse_address
+
+COLUMNS = ("/joint_states.position[0]", "/joint_states.velocity[right]")
+
+
+def gather(source, wanted):
+    """All pieces of each clock joined: stamps and columns."""
+    stamps, columns = {}, {}
+    for piece in source.pieces(wanted):
+        stamps.setdefault(piece.clock, []).append(piece.time)
+        for name, value in piece.values.items():
+            columns.setdefault(name, []).append(value)
+        assert 0 <= piece.done <= 1
+    return {c: np.concatenate(t) for c, t in stamps.items()}, {c: np.concatenate(v) for c, v in columns.items()}
+
+
+@pytest.mark.parametrize("kind", ["json", "ros1", "cdr", "bag", "folder"])
+@pytest.mark.parametrize("header", [False, True])
+def test_messages_come_back_to_the_bit(tmp_path, kind, header):
+    path = (
+        write_mcap(tmp_path / "d.mcap", kind, n=900)
+        if kind in ("json", "ros1", "cdr")
+        else write_bag(tmp_path / ("d.bag" if kind == "bag" else "d"), n=900)
+    )
+    source = open_source(path)
+    stamp, position, velocity, x = drive(n=900)
+    assert not source.table
+    assert source.topic(COLUMNS[0]) == "/joint_states"
+    clocks = {"/joint_states": COLUMNS} if header else {"/joint_states": COLUMNS, "/x": ("/x.data",)}
+    stamps, columns = gather(source, Wanted(clocks=clocks, header=header))
+    np.testing.assert_array_equal(stamps["/joint_states"], EPOCH + stamp + (0 if header else 2_000_000))
+    np.testing.assert_array_equal(columns[COLUMNS[0]], position[:, 0])
+    np.testing.assert_array_equal(columns[COLUMNS[1]], velocity[:, 1])
+    if not header:
+        np.testing.assert_array_equal(columns["/x.data"], x[::10])
+
+
+def test_an_entry_that_a_message_lacks_is_missing(tmp_path):
+    source = open_source(write_mcap(tmp_path / "d.mcap", "cdr", n=20))
+    _, columns = gather(source, Wanted(clocks={"/joint_states": ("/joint_states.effort[0]",)}))
+    assert np.isnan(columns["/joint_states.effort[0]"]).all()
+
+
+def test_unknown_topics_and_fields_are_refused(tmp_path):
+    source = open_source(write_bag(tmp_path / "d.bag", n=20))
+    with pytest.raises(InputRefused, match=r"no topic '/joint_state'.*'/joint_states'"):
+        source.check(["/joint_state.position[0]"])
+    with pytest.raises(InputRefused, match=r"no number 'positon\[0\]'.*position\[0\]"):
+        source.check(["/joint_states.positon[0]"])
+    with pytest.raises(InputRefused, match="names no field"):
+        parse_address("/x.da[ta", {"/x": ""}, "d.bag")
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_csv_comes_back_to_the_bit(tmp_path, delimiter):
+    rng = np.random.default_rng(3)
+    table = rng.normal(size=(20_000, 3)) * 10.0 ** rng.integers(-8, 8, (20_000, 3))
+    lines = ["# logged by somebody", delimiter.join(["t", " a ", '"b"'])] + [
+        delimiter.join(f"{v!r}" for v in row.tolist()) for row in table
+    ]
+    path = tmp_path / "d.csv"
+    path.write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
+    stamps, columns = gather(open_source(path), Wanted(clocks={"t": ("a", "b")}))
+    np.testing.assert_array_equal(np.stack([stamps["t"], columns["a"], columns["b"]], axis=1), table)
+
+
+def test_a_csv_with_decimal_commas(tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text("t;a\n0,0;1,5\n0,1;-2,25\n")
+    stamps, columns = gather(open_source(path), Wanted(clocks={"t": ("a",)}))
+    assert stamps["t"].tolist() == [0.0, 0.1]
+    assert columns["a"].tolist() == [1.5, -2.25]
+
+
+def test_csv_stamps_of_nanoseconds_keep_every_digit(tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text(f"t,a\n{EPOCH},1\n{EPOCH + 1},2\n")
+    stamps, _ = gather(open_source(path), Wanted(clocks={"t": ("a",)}))
+    assert (stamps["t"] - EPOCH).tolist() == [0, 1]
+
+
+def test_dates_are_stamps(tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text("t,a\n2024-05-01 10:00:00.000,1\n2024-05-01 10:00:00.250,2\n")
+    stamps, _ = gather(open_source(path), Wanted(clocks={"t": ("a",)}))
+    assert np.diff(stamps["t"]).tolist() == [250_000_000]
+
+
+def test_parquet_types_and_missing_values(tmp_path):
+    table = pa.table(
+        {
+            "t": pa.array(np.arange(4, dtype=np.float32)),
+            "a": pa.array([1, None, 3, 4], pa.int16()),
+            "on": pa.array([True, False, True, True]),
+            "run": pa.array(["x", "x", "y", "y"]).dictionary_encode(),
+        }
+    )
+    pq.write_table(table, tmp_path / "d.parquet")
+    (piece,) = open_source(tmp_path / "d.parquet").pieces(Wanted(clocks={"t": ("a", "on")}, labels=("run",)))
+    np.testing.assert_array_equal(piece.values["a"], [1, np.nan, 3, 4])
+    assert piece.values["on"].tolist() == [1, 0, 1, 1]
+    assert [piece.labels["run"].known[c] for c in piece.labels["run"].code] == ["x", "x", "y", "y"]
+
+
+def test_two_clocks_in_one_table_end_at_different_rows(tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text("t1,a,t2,b\n0,1,0.5,10\n1,2,1.5,20\n2,3,,\n")
+    stamps, columns = gather(open_source(path), Wanted(clocks={"t1": ("a",), "t2": ("b",)}))
+    assert stamps["t2"].tolist() == [0.5, 1.5]
+    assert columns["b"].tolist() == [10, 20]
+    assert columns["a"].tolist() == [1, 2, 3]
+
+
+def test_formats_are_told_by_content(tmp_path):
+    pq.write_table(pa.table({"t": [1.0]}), tmp_path / "d.parquet")
+    assert format_of(tmp_path / "d.parquet") == "parquet"
+    (tmp_path / "d.parquet").rename(tmp_path / "recording")
+    assert format_of(tmp_path / "recording") == "parquet"
+    assert format_of(write_bag(tmp_path / "d", n=5)) == "rosbag"
+    assert format_of(write_bag(tmp_path / "d.bag", n=5)) == "rosbag"
+    assert format_of(write_mcap(tmp_path / "d.mcap", n=5)) == "mcap"
