@@ -653,7 +653,8 @@ CREATE TABLE channel (
   unit TEXT NOT NULL,                                               -- [-] SI unit of the stored values
   role TEXT NOT NULL CHECK (role IN ('observed', 'command', 'ignore')),  -- [-] use
   frame TEXT NOT NULL DEFAULT 'world' CHECK (frame IN ('world', 'body')),  -- [-] axes in which vectors are given
-  noise REAL CHECK (noise > 0),                                     -- [unit] 1 sigma, if known
+  noise REAL CHECK (noise > 0),                                     -- [unit] 1 sigma, if known; all of it, from sample to sample and slow
+  slow_noise REAL CHECK (slow_noise > 0),                           -- [unit] 1 sigma of that part of the noise that varies slowly (coloured), if known
   delay REAL NOT NULL DEFAULT 0,                                    -- [s] observed: the value stamped t is that of t - delay; command: what is stamped t acts at t + delay
   resolution REAL CHECK (resolution > 0),                           -- [unit] step of the quantised values, if known
   UNIQUE (recording_id, name)

@@ -23,7 +23,7 @@ PARAMETERS = "${RILLE_DATA}/data/cad/double_pendulum_identified_parameters.yml"
 ROTOR = 0.07  # [kg] estimate, taken from the upper link; only the rotor's spin is identified
 SLENDER = 1e-3  # [kg m^2] of a link about its own length: plays no part in the plane, but a body must have one
 
-HEAD = """# The double pendulum as its makers identified it. Written by make_identified.py from pendulum.toml and their parameters: see there.
+HEAD = """# The double pendulum as its makers identified it, from pendulum.toml and their parameters: written by make_identified.py.
 #
 # Masses, centres and inertias of the links are identified, and override what the drawing gives. The rotors of the motors turn 6 times as
 # fast as their joints; the elbow's rotor turns against it.

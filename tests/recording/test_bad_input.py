@@ -168,6 +168,20 @@ def test_damaged_tables(tmp_path):
             import_recording(read_manifest(manifest(tmp_path, name)), Nowhere(), tmp_path)
 
 
+def test_what_the_gate_refuses_is_told_and_reported(tmp_path):
+    """All findings on stderr, the refusal last, and the page of the gate; nothing stays in the database."""
+    (tmp_path / "d.csv").write_text(
+        "t,q,v\n" + "".join(f"{k},{math.sin(k * 0.001)!r},{math.cos(k * 0.001)!r}\n" for k in range(0, 20000, 10))
+    )
+    done = rille("import", manifest(tmp_path, "d.csv"), "-o", tmp_path / "m.db", "--report", tmp_path / "gate.html")
+    assert done.returncode == 3
+    *findings, refusal = done.stderr.splitlines()
+    assert refusal.startswith("rille: the data gate refuses recording 'drive'")
+    assert any(line.startswith("error: drive: clock") for line in findings)
+    assert "time_unit" in (tmp_path / "gate.html").read_text()
+    assert not (tmp_path / "m.db").exists()
+
+
 def test_the_command_says_one_sentence_and_leaves_no_database(tmp_path):
     (tmp_path / "d.csv").write_text(GOOD)
     (tmp_path / "m.toml").write_text("this is no TOML")
@@ -183,4 +197,4 @@ def test_the_command_says_one_sentence_and_leaves_no_database(tmp_path):
     listed = rille("record", "list", tmp_path / "m.db")
     assert "drive" in listed.stdout
     assert rille("record", "remove", tmp_path / "m.db", "drive").returncode == 0
-    assert_refused(rille("record", "remove", tmp_path / "m.db", "drive"), "no recording 'drive'")
+    assert_refused(rille("record", "remove", tmp_path / "m.db", "drive"), "holds no recording", "rille import")

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from command import rille
 from machines import chain
-
 from rille import store
 from rille.model import Command, Drive, Effect, InitialJointState, Scenario
 

@@ -61,11 +61,11 @@ def test_unknown_topics_and_fields_are_refused(tmp_path):
         parse_address("/x.da[ta", {"/x": ""}, "d.bag")
 
 
-@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
 def test_csv_comes_back_to_the_bit(tmp_path, delimiter):
     rng = np.random.default_rng(3)
     table = rng.normal(size=(20_000, 3)) * 10.0 ** rng.integers(-8, 8, (20_000, 3))
-    lines = ["# logged by somebody", delimiter.join(["t", " a ", '"b"'])] + [
+    lines = ["# logged by somebody", delimiter.join(["t", "a" if delimiter == " " else " a ", '"b"'])] + [
         delimiter.join(f"{v!r}" for v in row.tolist()) for row in table
     ]
     path = tmp_path / "d.csv"
@@ -94,6 +94,14 @@ def test_dates_are_stamps(tmp_path):
     path.write_text("t,a\n2024-05-01 10:00:00.000,1\n2024-05-01 10:00:00.250,2\n")
     stamps, _ = gather(open_source(path), Wanted(clocks={"t": ("a",)}))
     assert np.diff(stamps["t"]).tolist() == [250_000_000]
+
+
+def test_durations_are_stamps(tmp_path):
+    table = pa.table({"t": pa.array([0, 1500], pa.duration("us")), "a": pa.array([1.0, 2.0])})
+    pq.write_table(table, tmp_path / "d.parquet")
+    (piece,) = open_source(tmp_path / "d.parquet").pieces(Wanted(clocks={"t": ("a",)}))
+    assert piece.time.tolist() == [0, 1_500_000]
+    assert piece.tick == 1e-9
 
 
 def test_parquet_types_and_missing_values(tmp_path):

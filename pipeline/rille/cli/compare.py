@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rille.cli.recording_names import MEANT, chosen_recordings
 from rille.cli.talk import Json, print_json, progress, say
 
 if TYPE_CHECKING:
@@ -16,13 +17,12 @@ if TYPE_CHECKING:
 
 Update = Callable[[str, float], None]
 SHORTEST = 1e-3  # [s]
+NOISE_FROM = 30  # recordings of one manifest that tell its sensors' noise
 
 
 def compare(
     database: Annotated[Path, typer.Argument(help="Database with a model and recordings.")],
-    recording: Annotated[
-        list[str] | None, typer.Argument(help="Names of recordings; default: all. 'acrobot/*' takes all of a split.")
-    ] = None,
+    recording: Annotated[list[str] | None, typer.Argument(help=f"Names of recordings; {MEANT}")] = None,
     window: Annotated[str, typer.Option(help="Length of the windows that are replayed, each from the smoothed recorded state.")] = "0.5 s",
     whole: Annotated[bool, typer.Option("--whole", help="Replay every recording in one go instead of in windows.")] = False,
     inverse: Annotated[
@@ -56,7 +56,7 @@ def compare(
         raise InputRefused(f"--window is {length:g} s; it must be at least {SHORTEST:g} s, and some samples long; 0.2 to 1 s is usual")
     for path in (report, csv, figure):
         _require_folder(path)
-    names = _names(database, recording or [])
+    names = chosen_recordings(store.recording_names(database), recording, database)
     heads = [store.read_recording(database, name, samples=False) for name in names]
     kinds = {head.kind for head in heads}
     if len(kinds) > 1:
@@ -68,7 +68,7 @@ def compare(
     scenarios = [] if mode == "points" else [_scenario(database, head, scenario) for head in heads]
     notes: list[str] = []
     with progress("comparing") as update:
-        comparisons = _comparisons(database, names, scenarios, mode, length, update)
+        comparisons = _comparisons(database, heads, scenarios, mode, length, update)
         update("statistics", 0.98)
         difference = find_difference(comparisons)
         if report is not None:
@@ -96,25 +96,6 @@ def _require_folder(path: Path | None) -> None:
         raise InputRefused(f"'{path}' cannot be written: {'it is a folder' if path.is_dir() else 'its folder does not exist'}; name a file")
 
 
-def _names(database: Path, wanted: Sequence[str]) -> list[str]:
-    """Names of complete recordings; a name with ``*`` takes all that fit."""
-    from fnmatch import fnmatchcase
-
-    from rille import store
-    from rille.model import InputRefused, nearest_names
-
-    known = store.recording_names(database)
-    if not known:
-        raise InputRefused(f"'{database}' holds no recording; bring one in: `rille import MANIFEST.toml -o {database}`")
-    found: dict[str, None] = {}
-    for name in wanted or known:
-        fitting = [name] if name in known else [other for other in known if fnmatchcase(other, name)]
-        if not fitting:
-            raise InputRefused(f"'{database}' has no recording '{name}'; {nearest_names(name, known)}")
-        found |= dict.fromkeys(fitting)
-    return list(found)
-
-
 def _scenario(database: Path, recording: "Recording", wanted: str | None) -> str:
     """Name of the scenario of the replay: the wanted one, else the recording's, else the database's only one."""
     from rille import store
@@ -123,7 +104,7 @@ def _scenario(database: Path, recording: "Recording", wanted: str | None) -> str
 
 
 def _comparisons(
-    database: Path, names: Sequence[str], scenarios: Sequence[str], mode: str, window: float, update: Update
+    database: Path, heads: Sequence["Recording"], scenarios: Sequence[str], mode: str, window: float, update: Update
 ) -> list["Comparison"]:
     """One comparison per recording, in their order."""
     if mode == "points":
@@ -131,15 +112,15 @@ def _comparisons(
         from rille.cli.compare_points import compare_points
 
         found = []
-        for k, name in enumerate(names):
-            update(name, k / len(names))
-            found.append(compare_points(database, store.read_recording(database, name)))
+        for k, head in enumerate(heads):
+            update(head.name, k / len(heads))
+            found.append(compare_points(database, store.read_recording(database, head.name)))
         return found
-    return _replayed(database, names, scenarios, mode, window, update)
+    return _replayed(database, heads, scenarios, mode, window, update)
 
 
 def _replayed(
-    database: Path, names: Sequence[str], scenarios: Sequence[str], mode: str, window: float, update: Update
+    database: Path, heads: Sequence["Recording"], scenarios: Sequence[str], mode: str, window: float, update: Update
 ) -> list["Comparison"]:
     """Replays; many recordings on all cores at once, each thread with its own replayer, one recording with all cores for its windows."""
     import os
@@ -148,10 +129,12 @@ def _replayed(
 
     from rille import diagnosis, simulate, store
 
+    names = [head.name for head in heads]
     cores = os.cpu_count() or 1
     workers = min(cores, len(names))
     own, stopped = threading.local(), threading.Event()
     shares = [0.0] * len(names)
+    noises = {} if mode == "inverse_dynamics" else _shared_noises(database, heads)
 
     def replay(k: int) -> "Comparison":
         def told(done: int, total: int, stage: str) -> None:
@@ -165,8 +148,8 @@ def _replayed(
             replayers[scenarios[k]] = simulate.Replayer(database, scenarios[k], threads=max(1, cores // workers))
         recording = store.read_recording(database, names[k])
         way: Any = {
-            "windows": partial(diagnosis.compare_windows, window=window),
-            "whole": diagnosis.compare_whole,
+            "windows": partial(diagnosis.compare_windows, window=window, noise=noises.get(recording.manifest)),
+            "whole": partial(diagnosis.compare_whole, noise=noises.get(recording.manifest)),
             "inverse_dynamics": diagnosis.compare_inverse,
         }[mode]
         found = way(replayers[scenarios[k]], recording, on_progress=told)
@@ -179,6 +162,21 @@ def _replayed(
     finally:
         stopped.set()  # after a refusal or Ctrl-C the others end at their next sign of life
         pool.shutdown(cancel_futures=True)
+
+
+def _shared_noises(database: Path, heads: Sequence["Recording"]) -> dict[str, dict[str, tuple[float, str]]]:
+    """Noise of the channels by manifest: recordings that one manifest brought in were made by the same sensors."""
+    from rille import diagnosis, store
+
+    together: dict[str, list[str]] = {}
+    for head in heads:
+        together.setdefault(head.manifest, []).append(head.name)
+    found = {}
+    for manifest, group in together.items():
+        if len(group) > 1 and manifest:
+            chosen = group[:: -(-len(group) // NOISE_FROM)]
+            found[manifest] = diagnosis.shared_noise([store.read_recording(database, name) for name in chosen])
+    return found
 
 
 def _draw_points(figure: Path, comparisons: Sequence["Comparison"]) -> list[Path]:

@@ -80,6 +80,7 @@ def _import(manifest: "Manifest", output: Path, gate: "Gate", report: Path | Non
             targets=recording.targets_of(rover),
             gate=gate,
             on_progress=update,
+            on_refused=refused,
         )
 
 
@@ -141,7 +142,8 @@ def _line(entry: "Imported") -> str:
     counts = {role: len(recording.with_role(role)) for role in ("observed", "command", "ignore")}
     channels = ", ".join(f"{count} {role}" for role, count in counts.items() if count)
     kept = f", {entry.kept} samples were there from before" if entry.kept else ""
-    return f"{recording.name}: {entry.samples} samples of {channels}, {entry.start:.6g} to {entry.end:.6g} s{kept}"
+    span = f"{entry.end - entry.start + 1:.0f} points" if recording.kind == "points" else f"{entry.start:.6g} to {entry.end:.6g} s"
+    return f"{recording.name}: {entry.samples} samples of {channels}, {span}{kept}"
 
 
 def _tell_findings(recordings: "Sequence[Recording]") -> None:

@@ -6,14 +6,13 @@ from typing import Annotated
 
 import typer
 
+from rille.cli.recording_names import MEANT, chosen_recordings
 from rille.cli.talk import Json, print_json, progress, say
 
 
 def check(
     database: Annotated[Path, typer.Argument(help="Database with recordings.")],
-    names: Annotated[
-        list[str] | None, typer.Argument(help="Recordings; default: all. A name without '/' stands for all its parts.")
-    ] = None,
+    names: Annotated[list[str] | None, typer.Argument(help=f"Names of recordings; {MEANT}")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="HTML page with pictures.")] = None,
     as_json: Json = False,
 ) -> int:
@@ -26,7 +25,7 @@ def check(
     from rille import store
     from rille.recording.gate import gate
 
-    chosen = _chosen(store.recording_names(database), names, database)
+    chosen = chosen_recordings(store.recording_names(database), names, database)
 
     def load(recording: str, channel: str, span: tuple[float, float] | None):
         return store.read_recording(database, recording, channels=[channel], span=span).channel(channel)
@@ -63,19 +62,3 @@ def check(
         f"{len(seen) - errors - warnings} notes"
     )
     return 0
-
-
-def _chosen(known: tuple[str, ...], names: list[str] | None, database: Path) -> list[str]:
-    from rille.model import InputRefused, nearest_names
-
-    if not known:
-        raise InputRefused(f"'{database}' holds no recording; bring one in with `rille import MANIFEST -o {database}`")
-    if not names:
-        return list(known)
-    chosen: list[str] = []
-    for name in names:
-        fits = [candidate for candidate in known if candidate == name or candidate.startswith(f"{name}/")]
-        if not fits:
-            raise InputRefused(f"'{database}' has no recording '{name}'; {nearest_names(name, known)}")
-        chosen += [candidate for candidate in fits if candidate not in chosen]
-    return chosen

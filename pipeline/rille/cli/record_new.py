@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from rille.cli.recording_names import chosen_recordings
 from rille.cli.talk import Json, print_json, say
 
 Database = Annotated[Path, typer.Argument(help="Database.")]
@@ -39,9 +40,7 @@ def new(
     if as_json:
         print_json({"manifest": str(manifest), "guessed": draft.guessed, "unknown": draft.unknown})
         return
-    say(
-        f"wrote {manifest}: {len(draft.guessed)} columns guessed, {len(draft.unknown)} ignored because unknown; read it, then `rille import`"
-    )
+    say(f"wrote {manifest}: {len(draft.guessed)} guessed, {len(draft.unknown)} ignored because unknown; read it, then `rille import`")
 
 
 def list_recordings(database: Database, as_json: Json = False) -> None:
@@ -88,25 +87,16 @@ def list_recordings(database: Database, as_json: Json = False) -> None:
 
 def remove(
     database: Database,
-    name: Annotated[list[str], typer.Argument(help="Recordings; 'acrobot/*' stands for all that begin so.")],
+    name: Annotated[list[str], typer.Argument(help="Names of recordings; 'acrobot', like 'acrobot/*', stands for all parts of a split.")],
     as_json: Json = False,
 ) -> None:
     """Delete recordings with their samples and findings.
 
     Example: rille record remove rover.db drive_1
     """
-    import fnmatch
-
     from rille import store
-    from rille.model import InputRefused, nearest_names
 
-    known = store.recording_names(database, unfinished=True)
-    chosen: list[str] = []
-    for pattern in name:
-        found = [pattern] if pattern in known else fnmatch.filter(known, pattern)
-        if not found:
-            raise InputRefused(f"'{database}' has no recording '{pattern}'; {nearest_names(pattern, known)}")
-        chosen += [one for one in found if one not in chosen]
+    chosen = chosen_recordings(store.recording_names(database, unfinished=True), name, database)
     for one in chosen:
         store.remove_recording(database, one)
     if as_json:

@@ -2,6 +2,7 @@
 
 from rille.diagnosis.compare import compare_whole, compare_windows
 from rille.diagnosis.compare_inverse import compare_inverse
+from rille.diagnosis.noise_floor import shared_noise
 from rille.diagnosis.soil_fit import FitResult, Repeatability, fit_soil, repeatability
 
-__all__ = ["FitResult", "Repeatability", "compare_inverse", "compare_whole", "compare_windows", "fit_soil", "repeatability"]
+__all__ = ["FitResult", "Repeatability", "compare_inverse", "compare_whole", "compare_windows", "fit_soil", "repeatability", "shared_noise"]

@@ -1,6 +1,6 @@
 """A recording beside the model: in windows from fitted start states, or as one run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,44 +16,53 @@ from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, R
 from rille.model.recording import Channel, Recording
 
 Array = NDArray[np.float64]
+Noise = Mapping[str, tuple[float, str]]
 Progress = Callable[[int, int, str], None] | None
 RUN_UP = 0.2  # [s] on ground: what a start state's error of height and tilt does to wheel loads has died out by then
 UNFIT = {"bad_channel": "the data gate calls it a bad channel", "stuck": "the data gate found it stuck"}
 
 
-def compare_windows(simulator: Any, recording: Recording, *, window: float = 0.5, on_progress: Progress = None) -> Comparison:
+def compare_windows(
+    simulator: Any, recording: Recording, *, window: float = 0.5, noise: Noise | None = None, on_progress: Progress = None
+) -> Comparison:
     """Replays a recording in windows, each from its own start state.
 
-    Nodes every ``window`` [s]; start states smoothed from the recording without the model (``start_states``) and fitted to the window within
-    their uncertainty (``fit_starts``); what is left is measured - simulated. Errors do not pile up, and the blame lands in its window.
+    Nodes every ``window`` [s]; start states smoothed from the recording without the model (``start_states``) and fitted to the window
+    within their uncertainty (``fit_starts``); what is left is measured - simulated. Errors do not pile up, and the blame lands in its
+    window. All channels take part in the fit: what no channel shows directly (slip, the rate of a suspension) shakes efforts and
+    accelerations at the start of a window, and only they can tell it.
 
     Parameters
     ----------
-    simulator : as ``rille.simulate.Replayer``; it takes the recording's commands.
+    simulator : as ``rille.simulate.Replayer``; it takes the recording's commands. noise : of channels by name, as of ``shared_noise`` over
+        recordings of the same sensors; None: from this recording.
 
     Raises
     ------
     InputRefused : for commands that do not fit the drives, targets that the model lacks, no channel that shows the state, a bad window.
     """
-    return _compare(simulator, recording, window, on_progress)
+    return _compare(simulator, recording, window, noise, on_progress)
 
 
-def compare_whole(simulator: Any, recording: Recording, *, on_progress: Progress = None) -> Comparison:
-    """Replays a recording as one run from one fitted start state: errors add up, as they do in a prediction. Raises as ``compare_windows``."""
-    return _compare(simulator, recording, None, on_progress)
+def compare_whole(simulator: Any, recording: Recording, *, noise: Noise | None = None, on_progress: Progress = None) -> Comparison:
+    """Replays a recording as one run from one fitted start state: errors add up, as they do in a prediction. Raises as
+    ``compare_windows``.
+    """
+    return _compare(simulator, recording, None, noise, on_progress)
 
 
-def _compare(simulator: Any, recording: Recording, window: float | None, on_progress: Progress) -> Comparison:
+def _compare(simulator: Any, recording: Recording, window: float | None, known: Noise | None, on_progress: Progress) -> Comparison:
     simulator.drive_by(recording)
     observed = with_steady_quaternions(recording.with_role("observed"))
     unfit = {channel.name: why_unfit(channel, recording) for channel in observed}
-    noise = {channel.name: noise_of(channel) for channel in observed}
+    noise = {c.name: known[c.name] if known and c.name in known else noise_of(c) for c in observed}
     shows = [c for c in observed if not unfit[c.name] and c.quantity in STATE_QUANTITIES and noise[c.name][0] > 0]
     parts = cut(recording, shows, window, simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
-    samples = [_samples(c, noise[c.name][0], parts) for c in shows]
+    fitted = [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0]
+    samples = [_samples(c, noise[c.name][0], parts) for c in fitted]
     fit = fit_starts(simulator, starts, parts.stops, samples, on_progress)
-    channels, unreached = _compared(simulator, observed, shows, unfit, noise, fit, parts)
+    channels, unreached = _compared(simulator, observed, fitted, unfit, noise, fit, parts)
     return Comparison(
         recording=recording.name,
         model=str(simulator.path),
@@ -62,7 +71,7 @@ def _compare(simulator: Any, recording: Recording, window: float | None, on_prog
         channels=channels,
         windows=_windows(simulator, fit, parts, unreached),
         regimes=_compared_regimes(simulator.regimes(fit.states, parts.stops), parts),
-        notes=_notes(simulator, starts),
+        notes=_notes(starts, fit),
     )
 
 
@@ -148,9 +157,14 @@ def _windows(simulator: Any, fit: StartFit, parts: Cut, unreached: Sequence[int]
     )
 
 
-def _notes(simulator: Any, starts: Starts) -> tuple[str, ...]:
-    unseen = [c.name for c, seen in zip(starts.coordinates, starts.seen.any(axis=0), strict=True) if not seen]
+def _notes(starts: Starts, fit: StartFit) -> tuple[str, ...]:
+    unseen = [c.name for c, seen in zip(starts.coordinates, np.atleast_1d(starts.seen.any(axis=0)).tolist(), strict=True) if not seen]
     notes = []
     if unseen:
         notes.append(f"not recorded, carried on by the simulation from window to window: {', '.join(unseen)}")
+    if len(fit.unfit):
+        few = ", ".join(str(window) for window in fit.unfit[:8].tolist()) + (" ..." if len(fit.unfit) > 8 else "")
+        notes.append(
+            f"{len(fit.unfit)} of {len(fit.states)} windows are fitted by no start near the recorded state, and start from it: {few}"
+        )
     return tuple(notes)

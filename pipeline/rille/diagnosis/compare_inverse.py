@@ -27,11 +27,11 @@ def compare_inverse(
 ) -> Comparison:
     """Efforts that the smoothed motion needs in the model, against the recorded ones; both are means over short spans.
 
-    For mechanisms that the world holds and whose joints are all recorded. Over a span T from the smoothed state on, the model with the recorded
-    commands reaches v_s, the recording v: M (v - v_s) / T is what its drives lack, and with what they gave it is what the motion needs. Better
-    than M a of a smoothed acceleration: commands that jump and dry friction that turns do not blur it. Beside it stand the measured efforts,
-    or the commanded ones of joints whose effort was not measured. Spans do not share samples, so their errors are independent. The noise is
-    that of both means: its median over the spans.
+    For mechanisms that the world holds and whose joints are all recorded. Over a span T from the smoothed state on, the model with the
+    recorded commands reaches v_s, the recording v: M (v - v_s) / T is what its drives lack, and with what they gave it is what the motion
+    needs. Better than M a of a smoothed acceleration: commands that jump and dry friction that turns do not blur it. Beside it stand the
+    measured efforts, or the commanded ones of joints whose effort was not measured. Spans do not share samples, so their errors are
+    independent. The noise is that of both means: its median over the spans.
 
     Parameters
     ----------
@@ -111,7 +111,8 @@ def _efforts(simulator: Any, recording: Recording, fit: Sequence[Channel]) -> di
     found = {joint: channel for joint, channel in found.items() if joint in simulator.joints}
     if not found:
         raise InputRefused(
-            f"recording '{recording.name}' holds no effort of a joint, neither observed nor commanded; inverse dynamics needs one to compare with"
+            f"recording '{recording.name}' holds no effort of a joint, neither observed nor commanded; inverse dynamics needs one "
+            "to compare with"
         )
     return found
 
@@ -145,7 +146,9 @@ def _states(n_joints: int, coordinates: Sequence[Coordinate], motions: Sequence[
 
 
 def _inertias(simulator: Any, coordinates: Sequence[Coordinate], states: Array, span: float, after: Array) -> Array:
-    """(n, n): effort along one coordinate per acceleration of another, root mean square over some spans: by a little more speed at their ends."""
+    """(n, n): effort along one coordinate per acceleration of another, root mean square over some spans: by a little more speed at their
+    ends.
+    """
     some = np.unique(np.linspace(0, len(states) - 1, TRIED).round().astype(np.int64))
     before = simulator.missing_efforts(states[some], span, after[some])[1]
     found = np.zeros((len(coordinates), len(coordinates)))

@@ -110,6 +110,9 @@ class _Signal:
             delay += step
             if abs(delay) > self.longest:
                 return np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
+        if gain and abs(coefficients[1] + 1) > 0.1:  # the last column's coefficient is gain times change of the delay
+            covariance[-1] /= coefficients[1] + 1
+            covariance[:, -1] /= coefficients[1] + 1
         return delay, (coefficients + np.array([0.0, 1.0, 0.0]) if gain else coefficients), covariance
 
 

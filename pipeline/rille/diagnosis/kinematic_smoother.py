@@ -4,10 +4,10 @@ Around each instant t0 a cubic is fitted by least squares to all samples within 
 
     q(t) = q0 + v0 s + a0 s^2/2 + j0 s^3/6,   s = t - t0,
 
-positions weighted by their noise, samples of the rate by theirs. The half-width is the largest for which the estimates of q0, v0 and a0 still
-agree with those of all smaller half-widths within their errors (intersection of confidence intervals, Goldenshluger & Nemirovski 1997), so
-that it adapts to the motion: wide where it is slow, narrow where an effort jumps. Gaps, irregular clocks and several sensors of one
-coordinate need no care. The covariance is that of the fit, widened for the part of the bias that the rule cannot see.
+positions weighted by their noise, samples of the rate by theirs. The half-width is the largest for which the estimates of q0, v0 and a0
+still agree with those of all smaller half-widths within their errors (intersection of confidence intervals, Goldenshluger & Nemirovski
+1997), so that it adapts to the motion: wide where it is slow, narrow where an effort jumps. Gaps, irregular clocks and several sensors of
+one coordinate need no care. The covariance is that of the fit, widened for the part of the bias that the rule cannot see.
 """
 
 from collections.abc import Sequence
@@ -38,8 +38,8 @@ class Series:
 class LocalMotion:
     """One coordinate at instants.
 
-    value : (m, 3) position, velocity, acceleration; without samples of the position it is 0. covariance : (m, 3, 3). width : (m,) [s] of the
-    fit. seen : (m,) whether there were samples near enough. placed : whether there were samples of the position.
+    value : (m, 3) position, velocity, acceleration; without samples of the position it is 0. covariance : (m, 3, 3). width : (m,) [s] of
+    the fit. seen : (m,) whether there were samples near enough. placed : whether there were samples of the position.
     """
 
     value: Array

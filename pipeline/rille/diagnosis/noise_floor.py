@@ -1,9 +1,11 @@
 """Noise of a channel, from the channel itself: what differences of high order leave of it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model.recording import Channel
+from rille.model.recording import Channel, Recording
 
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
@@ -31,6 +33,15 @@ def noise_of(channel: Channel) -> tuple[float, str]:
     if rounding > 0:
         return float(rounding), "resolution"
     return lattice_noise(channel.value), "resolution"
+
+
+def shared_noise(recordings: Sequence[Recording]) -> dict[str, tuple[float, str]]:
+    """Noise of observed channels by name, as of ``noise_of``, the median over recordings: one sensor has one noise."""
+    found: dict[str, list[tuple[float, str]]] = {}
+    for recording in recordings:
+        for channel in recording.with_role("observed"):
+            found.setdefault(channel.name, []).append(noise_of(channel))
+    return {name: sorted(noises)[len(noises) // 2] for name, noises in found.items()}
 
 
 def difference_noise(time: Array, value: Array) -> float:
@@ -64,10 +75,13 @@ def _of_order(time: Array, value: Array, order: int) -> float:
     values = np.lib.stride_tricks.sliding_window_view(value, order + 1)[:count][usable]
     left = np.einsum("nk,nk->n", weights, values)
     within = float(np.quantile(np.abs(left), SHARE)) / BOUND
-    return within if within > 0 else float(np.sqrt(np.mean(left**2)))
+    rounding = float(np.finfo(np.float32).eps * np.abs(value).max())  # loggers keep single precision
+    return within if within > rounding else float(np.sqrt(np.mean(left**2)))
 
 
 def lattice_noise(value: Array) -> float:
-    """Rounding noise [unit] of values that stand on a lattice: its step (least distance of neighbouring values) / sqrt(12); 0 if all are equal."""
+    """Rounding noise [unit] of values that stand on a lattice: its step (least distance of neighbouring values) / sqrt(12); 0 if all are
+    equal.
+    """
     levels = np.unique(value[np.isfinite(value)][:100_000])
     return float(np.diff(levels).min() / np.sqrt(12)) if len(levels) > 1 else 0.0

@@ -67,17 +67,21 @@ def key_of(channel: Channel) -> tuple[str, str, str, str, str]:
     return channel.name, channel.quantity, channel.component, channel.target, channel.frame
 
 
+def first_windows(comparisons: Sequence[Comparison]) -> Whole:
+    """(n + 1,) index of the first window of each comparison, where the windows of all are counted through; last, how many they are."""
+    return np.cumsum([0] + [1 + max((window.number for window in c.windows), default=0) for c in comparisons])
+
+
 def pool(comparisons: Sequence[Comparison]) -> list[Pooled]:
     """Channels of all comparisons, those of the same name and meaning as one, in the order of their first appearance.
 
     A channel that some recordings leave out is pooled over the others.
     """
     found: dict[tuple, list[tuple[int, int, ComparedChannel]]] = {}
-    first = 0
+    firsts = first_windows(comparisons).tolist()
     for run, comparison in enumerate(comparisons):
         for channel in comparison.channels:
-            found.setdefault(key_of(channel.channel), []).append((run, first, channel))
-        first += 1 + max((window.number for window in comparison.windows), default=0)
+            found.setdefault(key_of(channel.channel), []).append((run, firsts[run], channel))
     return [_pooled(pieces) for pieces in found.values()]
 
 

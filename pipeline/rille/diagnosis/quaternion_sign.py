@@ -9,7 +9,9 @@ from rille.model.recording import Channel
 
 
 def with_steady_quaternions(channels: Sequence[Channel]) -> tuple[Channel, ...]:
-    """The channels; where all four components of an orientation share their instants, each sample has the sign that is nearer to the last."""
+    """The channels; where all four components of an orientation share their instants, each sample has the sign that is nearer to the
+    last.
+    """
     result = list(channels)
     for target in {c.target for c in channels if c.quantity == "part.orientation"}:
         places = {c.component: k for k, c in enumerate(channels) if c.quantity == "part.orientation" and c.target == target}

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from rille.diagnosis.block_errors import adjusted, block_sums, regression, wald
-from rille.diagnosis.pooled import Pooled
+from rille.diagnosis.pooled import Pooled, first_windows
 from rille.model.comparison import Comparison
 from rille.model.difference import RegimeDifference
 
@@ -51,17 +51,14 @@ class _Conditions:
     """Regimes of all comparisons on one time line on which windows lie apart, so that one search serves all of them."""
 
     def __init__(self, comparisons: Sequence[Comparison]) -> None:
-        first, windows = 0, []
-        for comparison in comparisons:
-            windows.append(comparison.regimes.window + first)
-            first += 1 + max((window.number for window in comparison.windows), default=0)
+        firsts = first_windows(comparisons)
         self._values = {
             name: np.concatenate([c.regimes.values.get(name, np.full(len(c.regimes.time), np.nan)) for c in comparisons])
             for name in dict.fromkeys(name for comparison in comparisons for name in comparison.regimes.values)
         }
         self._time = time = np.concatenate([comparison.regimes.time for comparison in comparisons])
-        self._window = np.concatenate(windows).astype(np.int64)
-        self._start = np.full(first + 1, np.inf)
+        self._window = np.concatenate([c.regimes.window + first for c, first in zip(comparisons, firsts, strict=False)]).astype(np.int64)
+        self._start = np.full(int(firsts[-1]) + 1, np.inf)
         np.minimum.at(self._start, self._window, time)
         self._apart = 4 * (float(np.max(time - self._start[self._window])) if len(time) else 0.0) + 1.0
         line = self._line(self._window, time)

@@ -1,10 +1,11 @@
 """Start states of windows by maximum a posteriori: the smoothed state as prior, the window's samples as data, the simulator between them.
 
 Minimises, of every window, sum_i rho((y_i - h_i(x))/sigma_i) + |z|^2/2 with x = x_smoothed + L z and |z_k| <= 5, by Gauss-Newton with step
-control; rho is Huber's (quadratic up to three sigma). A window that cannot be fitted shows an error of the model, which is not white: its
-samples then count as few independent ones with the variance that is left, and it is fitted again from the smoothed start. So a model that is
-wrong cannot hide its error in the start; blame stays where it belongs. Derivatives are differences through the simulator, all windows at once;
-directions that no sample can see within the prior are left alone.
+control; rho is Huber's (quadratic up to three sigma). A window that cannot be fitted near its smoothed start is tried by continuation; one
+that still cannot shows an error of the model, which is not white: its samples then count as few independent ones with the variance that is
+left, and it is fitted again from the smoothed start. So a model that is wrong cannot hide its error in the start; blame stays where it
+belongs. Derivatives are differences through the simulator, all windows at once; directions that no sample can see within the prior are left
+alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,10 +24,12 @@ HUBER = 3.0  # [sigma]
 FARTHEST = 5.0  # [standard deviations of the prior]
 INDEPENDENT = 20.0  # samples that a window counts as where the model does not fit it
 UNFIT = 6.0  # standard errors of chi-squared beyond which it does not
+FARTHER = 100.0  # the same where that was too near
+HORIZONS = (0.1, 0.3, 1.0)  # shares of a window that is tried once more
 NUDGE = 0.3  # [standard deviations of the prior] of a difference
 VISIBLE = 0.3  # chi-squared of a window per standard deviation of the prior, below which a direction is left alone
 UNTOUCHED = 0.1  # of that, below which a channel does not answer to a direction
-SCREENED = 5  # windows in which all directions are tried
+SCREENED = 5  # windows at most, one of four, in which all directions are tried
 WORTH = 0.1  # decrease of a window's cost below which it is left as it is
 BENT = 0.3  # share by which a step's gain misses the promised one, beyond which derivatives are taken anew
 ROUNDS = 6
@@ -36,12 +39,14 @@ ENDED = 10.0  # [sigma] counted for a sample that the run did not reach
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartFit:
     """states : (n_windows, n) fitted. shift : (n_windows,) root mean square of z over directions that the recording shows. gain : of each
-    channel (m,) [unit] standard deviation that the uncertainty of the start gives to a sample. directions : how many were fitted.
+    channel (m,) [unit] standard deviation that the uncertainty of the start gives to a sample. unfit : windows that
+    no start near the recorded one fits. directions : how many were fitted.
     """
 
     states: Array
     shift: Array
     gain: list[Array]
+    unfit: NDArray[np.int64]
     directions: int
 
 
@@ -74,20 +79,32 @@ class _Problem:
     def __init__(self, simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples]) -> None:
         self.simulator, self.starts, self.stops, self.samples = simulator, starts, stops, samples
         self.n_windows = len(stops)
+        self.horizon = 1.0  # share of every window that counts
+        begin = starts.states[:, 0]
+        self._shares = [(s.time - begin[s.window]) / (stops - begin)[s.window] for s in samples]
 
     def states(self, standard: Array) -> Array:
         """(..., n_windows, n) for ``standard`` (..., n_windows, n_coordinates, 2)."""
         base = np.broadcast_to(self.starts.states, (*standard.shape[:-3], *self.starts.states.shape))
         return moved(base, self.starts.coordinates, self.starts.change(standard))
 
+    def near(self, number: int) -> NDArray[np.bool_]:
+        """Samples of a channel (m,) within the horizon."""
+        return self._shares[number] <= self.horizon + 1e-6
+
     def standardised(self, standard: Array, windows: NDArray[np.int64]) -> list[Array]:
-        """Of each channel (k, m) residuals in sigmas, of samples in ``windows`` (others NaN); ``standard`` (k, n_windows, ...)."""
+        """Residuals (k, m) in sigmas of each channel, of samples in ``windows`` within the horizon; others are NaN.
+
+        standard : (k, n_windows, n_coordinates, 2).
+        """
         states = self.states(standard)[:, windows]
         place = np.full(self.n_windows, -1)
         place[windows] = np.arange(len(windows))
-        chosen = [place[s.window] >= 0 for s in self.samples]
+        chosen = [(place[s.window] >= 0) & self.near(number) for number, s in enumerate(self.samples)]
         picks = [(place[s.window[here]], s.time[here]) for s, here in zip(self.samples, chosen, strict=True)]
-        answers = self.simulator.predict(states, self.stops[windows], [s.channel for s in self.samples], picks)
+        begin = states[0, :, 0]
+        stops = begin + np.minimum(1.0, self.horizon) * (self.stops[windows] - begin)
+        answers = self.simulator.predict(states, stops, [s.channel for s in self.samples], picks)
         result = []
         for s, here, answer in zip(self.samples, chosen, answers, strict=True):
             full = np.full((len(standard), len(s.time)), np.nan)
@@ -110,13 +127,17 @@ def fit_starts(
     directions = _visible(problem, len(starts.coordinates))
     descent = _Descent(problem, directions)
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
-    unfit = descent.temper()
+    descent.extend(descent.unfit(), on_progress)
+    unfit = descent.unfit()
     if len(unfit):
+        descent.temper(unfit)
         descent.run(unfit, on_progress, "fitting starts where the model differs")
     standard = descent.standard
     counted = np.maximum(starts.seen.sum(axis=1) * 2, 1)
     shift = np.sqrt((standard**2 * starts.seen[:, :, None]).sum(axis=(1, 2)) / counted)
-    return StartFit(states=problem.states(standard[None])[0], shift=shift, gain=descent.gains(), directions=len(directions.columns))
+    return StartFit(
+        states=problem.states(standard[None])[0], shift=shift, gain=descent.gains(), unfit=unfit, directions=len(directions.columns)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +153,9 @@ class _Directions:
 
 
 def _linearised(problem: _Problem, standard: Array, directions: _Directions, windows: NDArray[np.int64]) -> tuple[list[Array], list[Array]]:
-    """Derivatives (n_directions, m) of predicted samples in sigmas per standard deviation, and residuals (m,) in sigmas, of each channel."""
+    """Derivatives (n_directions, m) of predicted samples in sigmas per standard deviation, and residuals (m,) in sigmas, of each
+    channel.
+    """
     sides = np.repeat(standard[None], len(directions.groups) + 1, axis=0)
     for number, group in enumerate(directions.groups):
         for k in group:
@@ -151,7 +174,8 @@ def _linearised(problem: _Problem, standard: Array, directions: _Directions, win
 
 def _visible(problem: _Problem, n_coordinates: int) -> _Directions:
     """Directions that some sample of the tried windows can see within the prior."""
-    tried = np.unique(np.linspace(0, problem.n_windows - 1, min(SCREENED, problem.n_windows)).round().astype(np.int64))
+    count = max(1, min(SCREENED, problem.n_windows // 4))
+    tried = ((np.arange(count) + 0.5) * problem.n_windows / count).astype(np.int64)
     columns = tuple((c, order) for c in range(n_coordinates) for order in range(2))
     every = _Directions(
         columns=columns,
@@ -184,9 +208,9 @@ class _Descent:
         n_windows = problem.n_windows
         self.standard = np.zeros((n_windows, len(problem.starts.coordinates), 2))
         self.where = [np.searchsorted(s.window, np.arange(n_windows + 1)) for s in problem.samples]
-        self.share = np.ones(n_windows)
+        self.share, self.farthest = np.ones(n_windows), FARTHEST
         self.jacobian, self.left = _linearised(problem, self.standard, directions, np.arange(n_windows))
-        self.at_start = [block.copy() for block in self.left]
+        self.at_start = [(slopes.copy(), block.copy()) for slopes, block in zip(self.jacobian, self.left, strict=True)]
         self.cost = self._costs(self.left, self.standard)
 
     def run(self, active: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None, stage: str) -> None:
@@ -197,7 +221,7 @@ class _Descent:
                 on_progress(number, ROUNDS, stage)
             trial, promised = self.standard.copy(), np.zeros(self.problem.n_windows)
             for window in active:
-                trial[window], promised[window] = self._step(window, damping[window])
+                trial[window], promised[window] = self._step(int(window), float(damping[window]))
             active = active[promised[active] > WORTH]
             if len(active) == 0:
                 break
@@ -207,7 +231,7 @@ class _Descent:
             self.standard[better] = trial[better]
             for block, fresh, s in zip(self.left, tried, self.problem.samples, strict=True):
                 here = np.isin(s.window, better)
-                block[here] = fresh[here]
+                block[here] = np.nan_to_num(fresh[here])
             self.cost[better] -= gained[better]
             damping[worse] = np.maximum(1.0, 10 * damping[worse])
             damping[better] *= 0.1
@@ -218,30 +242,65 @@ class _Descent:
         if on_progress:
             on_progress(ROUNDS, ROUNDS, stage)
 
-    def temper(self) -> NDArray[np.int64]:
-        """Windows that were not fitted: back to the smoothed start, with less weight."""
+    def _excess(self) -> tuple[Array, Array]:
+        """Chi-squared per sample (n_windows,) of those within the horizon, and how many they are."""
         chi2, count = np.zeros(len(self.share)), np.zeros(len(self.share))
-        for block, edges in zip(self.left, self.where, strict=True):
-            chi2 += np.diff(np.r_[0.0, np.cumsum(np.minimum(block**2, ENDED**2 * 1e4))][edges])
-            count += np.diff(edges)
-        excess = chi2 / np.maximum(count, 1)
-        unfit = np.flatnonzero((count > 0) & (excess > 1 + UNFIT * np.sqrt(2 / np.maximum(count, 1))))
-        self.share[unfit] = np.minimum(1.0, INDEPENDENT / count[unfit]) / excess[unfit]
-        self.standard[unfit] = 0
-        for block, start, s in zip(self.left, self.at_start, self.problem.samples, strict=True):
-            here = np.isin(s.window, unfit)
-            block[here] = start[here]
-        if len(unfit) and self.columns:
-            self._bend(unfit)
+        for number, (block, edges) in enumerate(zip(self.left, self.where, strict=True)):
+            near = self.problem.near(number)
+            chi2 += np.diff(np.r_[0.0, np.cumsum(np.where(near, np.minimum(block**2, ENDED**2 * 1e4), 0.0))][edges])
+            count += np.diff(np.r_[0, np.cumsum(near)][edges])
+        return chi2 / np.maximum(count, 1), np.maximum(count, 1)
+
+    def unfit(self) -> NDArray[np.int64]:
+        """Windows whose residual is more than noise."""
+        excess, count = self._excess()
+        return np.flatnonzero(excess > 1 + UNFIT * np.sqrt(2 / count))
+
+    def extend(self, windows: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None) -> None:
+        """Tries again far from the smoothed start, by continuation: first the beginning of a window, then ever more of it.
+
+        Violent motion makes the smoothed start worse than it says, and the end of a window answer to its start in no linear way. What is
+        fitted to the noise in the end is the start; where that fails the model is wrong, and the start goes back.
+        """
+        if not len(windows) or not self.columns:
+            return
+        before = [block.copy() for block in self.left], self.standard.copy(), [block.copy() for block in self.jacobian]
+        tried = windows
+        self.farthest = FARTHER
+        self.standard[windows] = 0
+        for horizon in HORIZONS:
+            self.problem.horizon = horizon
+            self._bend(windows)
+            self.run(windows, on_progress, "fitting starts once more")
+            windows = np.setdiff1d(windows, self.unfit())
+            if not len(windows):
+                break
+        self.farthest, self.problem.horizon = FARTHEST, 1.0
+        back = np.setdiff1d(tried, windows)
+        self.standard[back] = before[1][back]
+        for number, s in enumerate(self.problem.samples):
+            here = np.isin(s.window, back)
+            self.left[number][here], self.jacobian[number][:, here] = before[0][number][here], before[2][number][:, here]
         self.cost = self._costs(self.left, self.standard)
-        return unfit
+
+    def temper(self, windows: NDArray[np.int64]) -> None:
+        """Takes weight from the samples of windows that the model does not fit, and puts them back to their smoothed start."""
+        excess, count = self._excess()
+        softly = np.minimum(1.0, excess[windows] - 1)  # a small misfit changes little
+        self.share[windows] = np.minimum(1.0, INDEPENDENT / count[windows]) ** softly / excess[windows]
+        self.standard[windows] = 0
+        for slopes, block, start, s in zip(self.jacobian, self.left, self.at_start, self.problem.samples, strict=True):
+            here = np.isin(s.window, windows)
+            slopes[:, here], block[here] = start[0][:, here], start[1][here]
+        self.cost = self._costs(self.left, self.standard)
 
     def _bend(self, windows: NDArray[np.int64]) -> None:
-        """Derivatives anew."""
-        fresh, _ = _linearised(self.problem, self.standard, self.directions, windows)
-        for block, new, s in zip(self.jacobian, fresh, self.problem.samples, strict=True):
+        """Derivatives and residuals anew."""
+        fresh, left = _linearised(self.problem, self.standard, self.directions, windows)
+        for number, s in enumerate(self.problem.samples):
             here = np.isin(s.window, windows)
-            block[:, here] = new[:, here]
+            self.jacobian[number][:, here], self.left[number][here] = fresh[number][:, here], left[number][here]
+        self.cost[windows] = self._costs(self.left, self.standard)[windows]
 
     def _costs(self, left: list[Array], standard: Array) -> Array:
         """Cost (n_windows,) as minimised."""
@@ -262,7 +321,7 @@ class _Descent:
         now = np.array([self.standard[window][c] for c in self.columns])
         normal = (slope * weight) @ slope.T + np.eye(len(self.columns))
         gradient = (slope * weight) @ rest - now
-        change = _bounded_step(normal + damping * np.eye(len(normal)), gradient, -FARTHEST - now, FARTHEST - now)
+        change = _bounded_step(normal + damping * np.eye(len(normal)), gradient, -self.farthest - now, self.farthest - now)
         after = self.standard[window].copy()
         for (coordinate, order), move in zip(self.columns, change, strict=True):
             after[coordinate, order] += move
@@ -276,7 +335,7 @@ class _Descent:
             covariance = np.linalg.inv((slope * self.share[window] * _weights(rest)) @ slope.T + np.eye(len(slope)))
             for gain, block, edges, s in zip(gains, self.jacobian, self.where, self.problem.samples, strict=True):
                 here = slice(edges[window], edges[window + 1])
-                gain[here] = s.noise * np.sqrt(np.einsum("km,kl,lm->m", block[:, here], covariance, block[:, here]))
+                gain[here] = s.noise * np.sqrt(np.maximum(np.einsum("km,kl,lm->m", block[:, here], covariance, block[:, here]), 0))
         return gains
 
 

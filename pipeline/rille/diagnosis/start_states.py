@@ -65,11 +65,11 @@ def start_states(
 ) -> Starts:
     """Start states at ``times`` (n_windows,) [s].
 
-    Coordinates that channels show (positions and rates of joints and of the root, its orientation as a quaternion or as angles) are smoothed;
-    all others are those of the simulation, which runs on from window to window: the first from rest where the recording begins, each next one
-    from the last window's end, moved to the recorded place (the height with the ground below it). On the ground also height, roll, pitch and
-    undriven joints go on from the simulation where they agree with the recording within its error: contact decides them, and to put noise
-    into them would shake the wheels' loads.
+    Coordinates that channels show (positions and rates of joints and of the root, its orientation as a quaternion or as angles) are
+    smoothed; all others are those of the simulation, which runs on from window to window: the first from rest where the recording begins,
+    each next one from the last window's end, moved to the recorded place (the height with the ground below it). On the ground also height,
+    roll, pitch and undriven joints go on from the simulation where they agree with the recording within its error: contact decides them,
+    and to put noise into them would shake the wheels' loads.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class _Placer:
         n_joints = (len(state) - N_ROOT) // 2
         kept = np.zeros(self.size, dtype=bool)
         before = state[1:4].copy()
-        for k, (coordinate, motion) in enumerate(zip(self._coordinates, self._motions, strict=True)):
+        for coordinate, motion in zip(self._coordinates, self._motions, strict=True):
             if coordinate.kind != "position" or motion is None or not motion.seen[window] or coordinate.axis == 2:
                 continue
             if motion.placed:
@@ -298,7 +298,7 @@ class _Turns:
             state[11:14] = np.where(shown, value[:, 1], state[11:14])
             return np.eye(3), kept
         now = angles(state[4:8])
-        rates = np.linalg.solve(angle_axes(now), state[11:14]) if abs(np.cos(now[1])) > 1e-3 else np.zeros(3)
+        rates = np.asarray(np.linalg.solve(angle_axes(now), state[11:14]), dtype=float) if abs(np.cos(now[1])) > 1e-3 else np.zeros(3)
         kept = self._kept(rotation, window, now, rates, by_contact & placed)
         value[2, 0] = now[2] + (value[2, 0] - now[2] + np.pi) % (2 * np.pi) - np.pi
         now = np.where(placed & ~kept, value[:, 0], now)

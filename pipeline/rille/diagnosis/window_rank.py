@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
 from rille.diagnosis.block_errors import adjusted
-from rille.diagnosis.pooled import Pooled
+from rille.diagnosis.pooled import Pooled, first_windows
 from rille.model.comparison import Comparison
 from rille.model.difference import WindowDifference
 
@@ -20,7 +20,7 @@ def rank_windows(comparisons: Sequence[Comparison], pooled: Sequence[Pooled], ra
     understated. ``rate`` : false discovery rate over windows.
     """
     heads = [(run, window) for run, comparison in enumerate(comparisons) for window in comparison.windows]
-    offsets = np.cumsum([0] + [1 + max((w.number for w in c.windows), default=0) for c in comparisons])
+    offsets = first_windows(comparisons)
     places = np.array([offsets[run] + window.number for run, window in heads], dtype=np.int64)
     size = int(offsets[-1]) + 1
     used = [channel for channel in pooled if not channel.left_out and np.isfinite(channel.z).any()]

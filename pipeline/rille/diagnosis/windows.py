@@ -10,7 +10,7 @@ from rille.model import InputRefused
 from rille.model.recording import Channel, Recording
 
 Array = NDArray[np.float64]
-# What a start state decides; forces, loads and accelerations are compared, but do not shift it: an error of the model in them stays visible.
+# What shows a state by itself, without a model.
 STATE_QUANTITIES = (
     "joint.position",
     "joint.velocity",

@@ -62,8 +62,9 @@ class CompareWindow:
 class Regimes:
     """Conditions along the replay, from the simulation. time, window : (m,). values : name -> (m,).
 
-    Names: ``speed`` [m/s], ``turning_rate`` [rad/s], ``slope`` [rad] of the ground below the root (or its tilt), ``x``, ``y`` [m] of the
-    root; per wheel ``slip_ratio/NAME`` [-], ``normal_load/NAME`` [N]; per joint ``joint_speed/NAME`` [rad/s or m/s], ``effort/NAME``.
+    Names: ``speed`` [m/s], ``turning_rate`` [rad/s], ``slope`` [rad] of the ground below the root (or its tilt), ``heading`` [rad], ``x``,
+    ``y`` [m] of the root; per wheel ``slip_ratio/NAME`` [-], ``normal_load/NAME`` [N], of bench points also ``slip_angle/NAME`` [rad]; per
+    joint ``joint_speed/NAME`` [rad/s or m/s], ``effort/NAME``. Of bench points ``point`` is the number of the point in the recording.
     """
 
     time: Array

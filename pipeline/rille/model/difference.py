@@ -2,7 +2,7 @@
 
 Normalised means divided by the channel's noise (1 sigma): 1 is the noise floor. p is the probability of so much or more if the model were
 right, q the same after Benjamini-Hochberg over all of its kind; ``differs`` is q < ``Difference.false_discovery_rate`` together with a size
-that matters (``diagnosis.difference`` says which). Numbers that could not be told are NaN.
+that matters (``diagnosis.verdict`` says which). Numbers that could not be told are NaN.
 """
 
 from dataclasses import dataclass, field
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.comparison import Mode
+from rille.model.recording import full_name
 
 Array = NDArray[np.float64]
 NAN = float("nan")
@@ -114,8 +115,8 @@ class ChannelDifference:
 
     @property
     def of(self) -> str:
-        """Quantity, component and target in one word: "part.position.x of chassis"."""
-        return f"{self.quantity}{'.' + self.component if self.component else ''} of {self.target}"
+        """What was measured of what, as ``full_name`` says it."""
+        return full_name(self.quantity, self.component, self.target)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -43,7 +43,8 @@ NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*
 
 
 @cache
-def _registry() -> "pint.UnitRegistry":
+def unit_registry() -> "pint.UnitRegistry":
+    """The units that pint knows, read once."""
     import pint
 
     kept = Path(os.environ.get("RILLE_CACHE") or "~/.cache/rille").expanduser() / "pint"
@@ -77,7 +78,7 @@ def to_si(value: object, kind: str, what: str) -> float:
         import pint
 
         try:
-            quantity = _registry().Quantity(value)
+            quantity = unit_registry().Quantity(value)
             number = float(quantity.m if str(quantity.units) == "dimensionless" else quantity.m_as(unit))
         except (pint.PintError, ValueError, TypeError, AttributeError, ArithmeticError, SyntaxError) as error:
             raise InputRefused(f'{what} is "{value}", which is no {kind} ({error}); write for example "1 {unit}"') from None

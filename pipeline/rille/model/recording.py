@@ -19,8 +19,8 @@ Severity = Literal["error", "warning", "note"]
 class Quantity:
     """One word of the controlled vocabulary.
 
-    units : SI units that its values may have; the second is of prismatic joints. target : what it is measured of. components : which numbers
-    it has; empty for a scalar.
+    units : SI units that its values may have; the second is of prismatic joints. target : what it is measured of. components : which
+    numbers it has; empty for a scalar.
     """
 
     name: str
@@ -72,14 +72,20 @@ def unit_of(quantity: Quantity, component: str) -> str:
     return "rad" if component in ANGLES else quantity.units[0]
 
 
+def full_name(quantity: str, component: str, target: str) -> str:
+    """Quantity, component and target in one word: "part.position.x of chassis"."""
+    return f"{quantity}{'.' + component if component else ''} of {target}"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channel:
     """One column of a recording.
 
     name : of the column in the source, unique in the recording. quantity, component, target : what was measured of what, as in ``QUANTITIES``.
     unit : SI unit of ``value``. clock : name of the clock that stamped it; channels of one clock share ``time``.
-    noise : 1 sigma [unit], None: not known. resolution : step of quantised values [unit]. delay : [s], observed: the value stamped t is that
-    of t - delay; command: what is stamped t acts at t + delay.
+    noise : 1 sigma [unit], None: not known. slow_noise : of that part of it that varies slowly (coloured), None: none known.
+    resolution : step of quantised values [unit]. delay : [s], observed: the value stamped t is that of t - delay; command: what is
+    stamped t acts at t + delay.
     time : (n,) [s]. value : (n,) [unit], NaN where missing.
     """
 
@@ -92,6 +98,7 @@ class Channel:
     frame: Frame = "world"
     clock: str = "time"
     noise: float | None = None
+    slow_noise: float | None = None
     delay: float = 0.0
     resolution: float | None = None
     time: Array = field(default_factory=lambda: np.empty(0))
@@ -99,8 +106,8 @@ class Channel:
 
     @property
     def of(self) -> str:
-        """Quantity, component and target in one word: "part.position.x of chassis"."""
-        return f"{self.quantity}{'.' + self.component if self.component else ''} of {self.target}"
+        """What was measured of what, as ``full_name`` says it."""
+        return full_name(self.quantity, self.component, self.target)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rille.model.errors import InputRefused, nearest_names
-from rille.model.quantity import _registry, to_si
+from rille.model.quantity import to_si, unit_registry
 from rille.model.recording import ANGLES, Channel, Correction, Quantity, find_quantity
 from rille.model.rover import Rover
 from rille.recording.manifest import ChannelSheet, ManifestSheet
@@ -42,9 +42,13 @@ def targets_of(rover: Rover) -> Targets | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """One column and the channel that it becomes: value = factor * written + offset [SI]. accepted : codes of the gate."""
+    """One column and the channel that it becomes: value = factor * written + offset [SI].
+
+    entry : name of the channel in the manifest, which may make several. accepted : codes of the gate.
+    """
 
     column: str
+    entry: str
     channel: Channel
     factor: float
     offset: float
@@ -76,11 +80,11 @@ def plan_columns(sheet: ManifestSheet, targets: Targets | None) -> tuple[Column,
 
 def scale_steps(columns: Sequence[Column], sheet: ManifestSheet) -> list[Correction]:
     """Scales and offsets as recorded steps; a plain conversion of units is none."""
-    stated = {entry.column: entry for entry in sheet.channel if entry.scale != 1.0 or entry.offset != 0.0}
+    stated = {entry.name or entry.column: entry for entry in sheet.channel if entry.scale != 1.0 or entry.offset != 0.0}
     steps = []
     for column in columns:
-        if column.column in stated:
-            entry = stated[column.column]
+        entry = stated.get(column.entry)
+        if entry is not None:
             detail: dict[str, object] = {"factor": column.factor, "offset": column.offset, "unit": column.channel.unit}
             detail |= {"written": f"{entry.unit} * {entry.scale} + {entry.offset}"}
             steps.append(Correction(kind="scale", channel=column.channel.name, detail=detail, reason="scale and offset of the manifest"))
@@ -103,11 +107,13 @@ def _plan(entry: ChannelSheet, targets: Targets | None) -> list[Column]:
         units = _units(entry, quantity, target, targets, what)
         factor, unit = _factor(entry, units, what)
         numbers: dict[str, Any] = {}
-        for key in ("noise", "resolution"):
+        for key in ("noise", "slow_noise", "resolution"):
             stated = getattr(entry, key)
             numbers[key] = None if stated is None else to_si(stated, unit, f"{key} of {what}")
             if stated is not None and numbers[key] <= 0:
                 raise InputRefused(f"{key} of {what} is {stated}; it must be larger than 0, or left out if it is not known")
+        if numbers["slow_noise"] and numbers["noise"] and numbers["slow_noise"] > numbers["noise"]:
+            raise InputRefused(f"slow_noise of {what} is {entry.slow_noise}, more than its noise, {entry.noise}, of which it is a part")
         channel = Channel(
             name=name if isinstance(entry.target, str) else f"{name} ({target})",
             quantity=entry.quantity,
@@ -121,7 +127,9 @@ def _plan(entry: ChannelSheet, targets: Targets | None) -> list[Column]:
         )
         offset = to_si(entry.offset, unit, f"offset of {what}")
         accepted = frozenset(entry.accepted) | ({"missing"} if entry.missing == "accept" else frozenset())
-        columns.append(Column(column=entry.column, channel=channel, factor=factor, offset=offset, missing=entry.missing, accepted=accepted))
+        columns.append(
+            Column(column=entry.column, entry=name, channel=channel, factor=factor, offset=offset, missing=entry.missing, accepted=accepted)
+        )
     return columns
 
 
@@ -156,7 +164,7 @@ def _factor(entry: ChannelSheet, units: Sequence[str], what: str) -> tuple[float
     """Factor from the written numbers to SI, and the SI unit that fits."""
     import pint
 
-    registry = _registry()
+    registry = unit_registry()
     written = entry.unit.strip() or "1"
     if entry.unit == "" and units != ("1",):
         raise InputRefused(f'{what} says no unit; {entry.quantity} has {" or ".join(units)}: write for example unit = "{units[0]}"')

@@ -41,6 +41,7 @@ class ChannelSheet(Sheet):
     scale: Number = 1.0
     offset: Number = 0.0
     noise: Number | None = None
+    slow_noise: Number | None = None
     delay: Number = 0.0
     resolution: Number | None = None
     frame: Literal["world", "body"] = "world"

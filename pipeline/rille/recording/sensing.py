@@ -108,6 +108,7 @@ def recording_of(
                     frame=instrument.frame,
                     clock=instrument.clock,
                     noise=instrument.noise or None,
+                    slow_noise=instrument.coloured[0] or None if instrument.coloured else None,
                     delay=instrument.delay,
                     resolution=instrument.resolution or None,
                     time=there.stamp,

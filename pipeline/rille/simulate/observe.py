@@ -70,7 +70,9 @@ def observer(channels: Sequence[Channel]) -> Observer:
 
 
 def steady(steps: Array, needs: Sequence[SolverChannel]) -> Array:
-    """Steps (n_rows, n_steps + 1, n_needs) with quaternions whose sign does not jump: q and -q are one orientation, and a step may change them."""
+    """Steps (n_rows, n_steps + 1, n_needs) with quaternions whose sign does not jump: q and -q are one orientation, and a step may change
+    them.
+    """
     for first, (quantity, target, component) in enumerate(needs):
         if quantity != "part.orientation" or component != 0:
             continue

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rille.model import Rover, Scenario
 from rille.model.recording import ANGLES
+from rille.simulate.observe import angle_of, into_body
 
 Array = NDArray[np.float64]
 Column = tuple[str, str, int]  # quantity, target, component, as the solver counts them
@@ -145,36 +146,18 @@ def _read(want: Wanted, place: Mapping[Column, int], rows: Array, position: Arra
         low, high = table[below], table[above]
         if n == 4:  # q and -q are one orientation
             high = np.where(np.sum(low * high, axis=1, keepdims=True) < 0, -high, high)
-        return low + share * (high - low)
+        mixed = low + share * (high - low)
+        return mixed / np.linalg.norm(mixed, axis=1, keepdims=True) if n == 4 else mixed
 
     if not want.components:
         return between(want.quantity, 1)
     if want.quantity != "part.orientation":
         vectors = between(want.quantity, 3)
         if want.frame == "body":
-            vectors = _into_axes(between("part.orientation", 4), vectors)
+            vectors = into_body(between("part.orientation", 4), vectors)
         return vectors[:, [VECTOR.index(component) for component in want.components]]
     q = between("part.orientation", 4)
-    q /= np.linalg.norm(q, axis=1, keepdims=True)
-    numbers = np.column_stack([q, *_angles(q)])
-    return numbers[:, [(*QUATERNION, *ANGLES).index(component) for component in want.components]]
-
-
-def _into_axes(q: Array, vectors: Array) -> Array:
-    """Vectors (n, 3) of W in the axes of frames with the quaternions q (n, 4): v' = v - 2 w (u x v) + 2 u x (u x v), u the vector part."""
-    q = q / np.linalg.norm(q, axis=1, keepdims=True)
-    u = q[:, 1:]
-    cross = np.cross(u, vectors)
-    return vectors - 2 * q[:, :1] * cross + 2 * np.cross(u, cross)
-
-
-def _angles(q: Array) -> tuple[Array, Array, Array]:
-    """Roll, pitch and yaw (n,) [rad] of quaternions (n, 4): R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    w, x, y, z = q.T
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return roll, pitch, yaw
+    return np.column_stack([angle_of(q, word) if word in ANGLES else q[:, QUATERNION.index(word)] for word in want.components])
 
 
 def _commands(scenario: Scenario, rover: Rover, fired: Sequence[tuple[float, str]], reached: float) -> dict[str, tuple[Array, Array]]:

@@ -127,7 +127,7 @@ def _insert_head(connection: sqlite3.Connection, recording: Recording) -> int:
     for channel in recording.channels:
         if channel.clock not in clocks:
             clocks[channel.clock] = insert(connection, "clock", subject, {"recording_id": key, "name": channel.clock})
-        columns = ("name", "quantity", "component", "target", "unit", "role", "frame", "noise", "delay", "resolution")
+        columns = ("name", "quantity", "component", "target", "unit", "role", "frame", "noise", "slow_noise", "delay", "resolution")
         row = {column: getattr(channel, column) for column in columns}
         row |= {"recording_id": key, "clock_id": clocks[channel.clock]}
         insert(connection, "channel", f"channel '{channel.name}' of {subject}", row)
@@ -255,7 +255,20 @@ def read_recording(
         times: dict[int, tuple[Array, NDArray[np.bool_] | None, list[int]]] = {}
         read = []
         for row in rows:
-            columns = ("name", "quantity", "component", "target", "unit", "role", "frame", "noise", "delay", "resolution", "clock")
+            columns = (
+                "name",
+                "quantity",
+                "component",
+                "target",
+                "unit",
+                "role",
+                "frame",
+                "noise",
+                "slow_noise",
+                "delay",
+                "resolution",
+                "clock",
+            )
             channel = Channel(**{column: row[column] for column in columns})
             if samples and (channels is None or channel.name in channels):
                 if row["clock_id"] not in times:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rille.model.bench_curve import WORDS, conditions_of, curve_label, sweep_of
 from rille.model.comparison import ComparedChannel, Comparison
 from rille.view.page import Cell, Column, Section, figure, number, packed, table
-from rille.view.plots import COLORS, _figure
+from rille.view.plots import COLORS, empty_canvas
 
 Array = NDArray[np.float64]
 SHOWN = {"m": ("mm", 1e3), "rad": ("deg", 180 / np.pi)}  # unit for the eye
@@ -98,7 +98,7 @@ def plot_points(comparison: Comparison, path: Path, title: str = "") -> None:
     """One row per channel, one column per curve: dots measured, line simulated, band 1.96 sigma of single points about their means."""
     columns = worst_curves(comparison, COLUMNS)
     rows = [(channel, panels_of(channel, comparison, columns)) for channel in comparison.channels]
-    canvas = _figure(max(4.5, 1.2 + 2.3 * len(columns)), 1.1 + 2.3 * len(rows))
+    canvas = empty_canvas(max(4.5, 1.2 + 2.3 * len(columns)), 1.1 + 2.3 * len(rows))
     axes = canvas.subplots(len(rows), len(columns), sharex=True, sharey="row", squeeze=False)
     titles = dict.fromkeys(range(len(columns)), "")
     for row, (channel, panels) in enumerate(rows):

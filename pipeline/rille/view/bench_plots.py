@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rille.model import BenchPoints
-from rille.view.plots import COLORS, _figure
+from rille.view.plots import COLORS, empty_canvas
 
 STYLES = ("-", "--", "-.", ":")
 
@@ -26,7 +26,7 @@ def plot_bench(
         panels.append(("side force / load [-]", lambda p: p.side_force / p.load))
     panels.append(("drive torque [N m]", lambda p: p.drive_torque))
     panels.append(("sinkage [mm]", lambda p: 1e3 * p.sinkage))
-    figure = _figure(4.4 * len(panels), 4.6)
+    figure = empty_canvas(4.4 * len(panels), 4.6)
     axes = figure.subplots(1, len(panels), squeeze=False)[0]
     colors = {load: COLORS[k % len(COLORS)] for k, load in enumerate(loads)}
     for axis, (label, value) in zip(axes, panels, strict=True):

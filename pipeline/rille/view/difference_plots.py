@@ -204,7 +204,7 @@ def _at(comparison: Comparison, channel: ComparedChannel, index: NDArray[np.int6
 
 def regime_unit(name: str) -> str:
     """Unit of a regime, for its axis."""
-    known = {"speed": "m/s", "turning_rate": "rad/s", "slope": "rad", "x": "m", "y": "m"}
+    known = {"speed": "m/s", "turning_rate": "rad/s", "slope": "rad", "heading": "rad", "x": "m", "y": "m"}
     of_targets = {"slip_ratio": "-", "normal_load": "N", "slip_angle": "rad", "joint_speed": "rad/s or m/s", "effort": "N m or N"}
     return known.get(name) or of_targets.get(name.split("/")[0], "")
 

@@ -11,7 +11,8 @@ from rille.view.obstacles import hull_points, stated_obstacles
 COLORS = ("#1b6ca8", "#d1495b", "#2a9d5c", "#e09f3e", "#7b4ea3", "#4d4d4d", "#17becf", "#bc5090")
 
 
-def _figure(width: float, height: float) -> Any:
+def empty_canvas(width: float, height: float) -> Any:
+    """A figure of that size [inch], drawn without a screen."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -23,7 +24,7 @@ def _figure(width: float, height: float) -> Any:
 def plot_traces(trace: Trace, path: Path) -> None:
     """Wheel channels over time; without wheels, joint channels."""
     rows = _wheel_rows(trace) if trace.wheels else _joint_rows(trace)
-    figure = _figure(11, 1.0 + 1.9 * len(rows))
+    figure = empty_canvas(11, 1.0 + 1.9 * len(rows))
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     for axis, (label, series) in zip(axes, rows, strict=True):
         for k, (name, values) in enumerate(series):
@@ -78,7 +79,7 @@ def plot_map(trace: Trace, rover: Rover, terrain: Terrain, path: Path) -> None:
     x = terrain.x_west + terrain.posting_x * np.arange(0, n_cols, stride)
     y = terrain.y_north - terrain.posting_y * np.arange(0, n_rows, stride)
     span = (x[-1] - x[0]) / (y[0] - y[-1])
-    figure = _figure(min(13.0, 2.0 + 7.5 * span), 8.0)
+    figure = empty_canvas(min(13.0, 2.0 + 7.5 * span), 8.0)
     axis = figure.subplots()
     shade = LightSource(azdeg=315, altdeg=28).hillshade(
         heights.filled(float(heights.min())), dx=terrain.posting_x * stride, dy=terrain.posting_y * stride
@@ -132,7 +133,7 @@ def plot_ruts(ruts: Ruts, terrain: Terrain, path: Path, title: str) -> None:
     origin, posting = (terrain.x_west, terrain.y_north), (terrain.posting_x, terrain.posting_y)
     filled = np.where(np.isnan(terrain.heights), np.nanmin(terrain.heights), terrain.heights)
     ground = bilinear(filled, origin, posting, x[None, :], y[:, None], clamp=True) - depth
-    figure = _figure(12.0, min(12.0, 1.4 + 11.0 * depth.shape[0] / depth.shape[1]))
+    figure = empty_canvas(12.0, min(12.0, 1.4 + 11.0 * depth.shape[0] / depth.shape[1]))
     axis = figure.subplots()
     extent = (x[0], x[-1], y[-1], y[0])
     step = ruts.posting * stride

@@ -144,10 +144,16 @@ def _prompt(channels: Mapping[str, Channel], pair: Pair, fit: Fit) -> bool:
 
 
 def _least(channels: Mapping[str, Channel], pair: Pair, fit: Fit) -> float:
-    """Delay [s] up to which it is none: a millisecond, six standard errors, a seventh of a sample interval, or what held commands leave open."""
+    """Delay [s] up to which it is none: 1 ms, six standard errors, a seventh of a sample interval, or what held commands leave open."""
     if pair.kind == "response":
         return max(SMALLEST, SIGMAS * fit.delay_error + fit.open_delay)
     return max(SMALLEST, SIGMAS * fit.delay_error, 0.15 * _step(channels, pair.first, pair.second))
+
+
+def _needed(channels: Mapping[str, Channel], pair: Pair, fit: Fit) -> bool:
+    """Whether the fit without a delay is worse than chance allows: in steady acceleration, lag and bias are one thing."""
+    windows = max(fit.count * min(_step(channels, pair.second) / (2 * fit.half), 1.0), 1.0)
+    return (fit.agreement - fit.agreement_at_zero) * windows > SIGMAS**2 * max(1 - fit.agreement, 1e-12)
 
 
 def delay_error(fit: Fit) -> float:
@@ -157,7 +163,7 @@ def delay_error(fit: Fit) -> float:
 
 def _delay(channels: Mapping[str, Channel], pair: Pair, fit: Fit, prompt: set[str]) -> list[GateFinding]:
     seen = fit.agreement > (SEEN if pair.kind == "response" else SURE) and not fit.ambiguous and np.isfinite(fit.delay_error)
-    if not seen or abs(fit.delay) <= _least(channels, pair, fit):
+    if not seen or abs(fit.delay) <= _least(channels, pair, fit) or not _needed(channels, pair, fit):
         return []
     number = f"{fit.delay * 1e3:.2f} ± {delay_error(fit) * 1e3:.2f} ms"
     if pair.kind == "response":

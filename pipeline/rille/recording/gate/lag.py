@@ -21,7 +21,7 @@ class Fit:
     order : 1: the derivative of ``first`` is meant. agreement : R^2. gain_back : of the regression the other way round, as the same ratio
     second / first; noise puts the true gain between the two. bias : of second - gain first. count : windows.
     drift : of the delay over time [s/s]. spread : of ``second``, standard deviation. ambiguous : other delays fit as well.
-    length : [s] of all windows together, with what lies between. open_delay : [s] by which the
+    agreement_at_zero : R^2 without a delay. length : [s] of all windows together, with what lies between. open_delay : [s] by which the
     delay may be larger or smaller because commands are held. slow_delay : [s] by which slow changes follow, where it is another.
     """
 
@@ -40,6 +40,7 @@ class Fit:
     drift_error: float
     spread: float
     ambiguous: bool
+    agreement_at_zero: float
     length: float
     open_delay: float = 0.0
     slow_delay: float | None = None
@@ -64,8 +65,9 @@ def fit_lag(first: Track, second: Track, order: int = 0, *, response: bool = Fal
     """The best fit over delay, gain and offset; None where there is too little to compare.
 
     The windows' width is that of two to a hundred samples which gives the smallest standard error of the delay, among those at which noise
-    does not spoil the agreement. The delay is searched on a
-    grid and then found by Gauss-Newton; errors are those of blocks (sandwich), so that coloured residuals count as what they are.
+    does not spoil the agreement. Noise of ``first`` draws the delay to half a sample, where interpolation smooths it most; windows of
+    sixteen samples and more are free of that, and commands have no noise. The delay is searched on a grid and then found by Gauss-Newton;
+    errors are those of blocks (sandwich), so that coloured residuals count as what they are.
     response : the machine answers a command. Fast changes then come through after the delay alone, slow ones lag longer, as behind a motor;
     where the widths disagree, the narrowest counts and ``slow_delay`` holds what the widest says.
     """
@@ -88,7 +90,9 @@ def fit_lag(first: Track, second: Track, order: int = 0, *, response: bool = Fal
     if not fits:
         return None
     most = max(fit.agreement for fit in fits)
-    best = min((fit for fit in fits if 1 - fit.agreement <= 2 * (1 - most) + 0.003), key=lambda fit: fit.delay_error)
+    wide = [] if response else [fit for fit in fits if fit.half > 7 * step]
+    fair = [fit for fit in wide or fits if 1 - fit.agreement <= 2 * (1 - most) + 0.003]
+    best = min(fair or fits, key=lambda fit: fit.delay_error)
     if response:
         fast, slow = min(fits, key=lambda fit: fit.half), max(fits, key=lambda fit: fit.half)
         if abs(fast.delay - best.delay) > 4 * np.hypot(fast.delay_error, best.delay_error) and fast.agreement > 0.5:
@@ -98,9 +102,9 @@ def fit_lag(first: Track, second: Track, order: int = 0, *, response: bool = Fal
 
 
 def _with_hold(fit: Fit, first: Track, second: Track) -> Fit:
-    """The fit with what held commands leave open: a delay may change until samples of the response fall on another command.
+    """The fit with what held commands leave open: a delay may change until samples of the response fall on the next command.
 
-    Where both are stamped by one regular clock that is a whole interval, of which the middle is taken. Five percent of the samples must fall
+    Where one regular clock stamps both, that is a whole interval, of which the middle is taken. Five percent of the samples must fall
     on another command to be noticed.
     """
     at = second.time[(second.time - fit.delay > first.time[0]) & (second.time - fit.delay < first.time[-1])] - fit.delay
@@ -203,6 +207,8 @@ def _refine(first: Track, second: Track, order: int, half: float, room: float, q
     white = float(np.sqrt(residual @ residual / max(len(query) - 3, 1) / force))
     weights = centre.sums(best.across**2)
     drift, drift_error = _drift(centre.sums(query) / centre.size, pulls / np.maximum(weights, 1e-300), weights, first.apart)
+    unmoved = centre(first.mean(query, half, order))
+    at_zero = float(unmoved @ wanted) ** 2 / max(float(unmoved @ unmoved) * power, 1e-300)
     offsets = centre.sums(raw - best.gain * first.mean(query - best.lag, half, order)) / centre.size
     bias = float(np.average(offsets, weights=centre.size))
     bias_error = float(np.sqrt(np.average((offsets - bias) ** 2, weights=centre.size) / max(len(offsets) - 1, 1)))
@@ -222,6 +228,7 @@ def _refine(first: Track, second: Track, order: int, half: float, room: float, q
         drift_error=drift_error,
         spread=float(np.sqrt(power / len(query))),
         ambiguous=ambiguous or abs(best.lag) >= room,
+        agreement_at_zero=at_zero,
         length=float(query[-1] - query[0]),
     )
 
@@ -234,4 +241,5 @@ def _drift(time: Array, moves: Array, weights: Array, apart: float) -> tuple[flo
     lever = float(weights @ (time - centre) ** 2)
     slope = float((weights * (time - centre)) @ moves) / lever
     left = moves - np.average(moves, weights=weights) - slope * (time - centre)
-    return slope, float(np.sqrt((weights**2 * (time - centre) ** 2) @ left**2)) / lever
+    scatter = float(np.sqrt((weights**2 * (time - centre) ** 2) @ left**2)) / lever
+    return slope, scatter * (1 + 6 / len(time))  # two numbers were fitted to few blocks

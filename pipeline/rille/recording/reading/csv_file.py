@@ -57,6 +57,8 @@ def csv_form(path: Path) -> CsvForm:
         raise InputRefused(f"'{path}' holds comments only")
     counts = {delimiter: lines[first].count(delimiter) for delimiter in DELIMITERS}
     delimiter = max(counts, key=lambda d: (counts[d], -DELIMITERS.index(d)))
+    if not counts[delimiter] and len(lines) > first + 1 and lines[first].count(" ") == lines[first + 1].count(" "):
+        delimiter = " "
     rows = tuple(
         tuple(cell.strip() for cell in row) for row in csv.reader(io.StringIO("\n".join(lines[first:])), delimiter=delimiter) if row
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rille.model.errors import InputRefused, nearest_names
 from rille.model.recording import Array
 
-ROW = "point"  # clock of rows without a time: steady points
+ROW = "number of the row"  # clock of rows without a time: steady points
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

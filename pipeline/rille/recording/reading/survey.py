@@ -8,13 +8,13 @@ import numpy as np
 
 from rille.model.errors import InputRefused
 from rille.model.recording import Array
-from rille.recording.reading import Wanted, format_of, open_source
+from rille.recording.reading import ROW, Wanted, format_of, open_source
 from rille.recording.reading.address import number_fields
 from rille.recording.reading.csv_file import DATE, NO_NUMBER, CsvSource
 from rille.recording.reading.messages import MessageSource
 from rille.recording.reading.parquet_file import ParquetSource
 
-ROWS = 200_000  # rows that are looked at
+MOST = 200_000  # rows that are looked at
 FEW = 50  # distinct numbers that may be labels
 
 
@@ -75,19 +75,19 @@ def survey(path: Path) -> Survey:
 def _beginning(source: Any, names: list[str]) -> dict[str, Array]:
     found: dict[str, list[Array]] = {name: [] for name in names}
     rows = 0
-    for piece in source.pieces(Wanted(clocks={"point": tuple(names)})) if names else ():
+    for piece in source.pieces(Wanted(clocks={ROW: tuple(names)})) if names else ():
         for name in names:
             found[name].append(piece.values[name])
         rows += len(piece.time)
-        if rows >= ROWS:
+        if rows >= MOST:
             break
-    return {name: np.concatenate(pieces)[:ROWS] if pieces else np.empty(0) for name, pieces in found.items()}
+    return {name: np.concatenate(pieces)[:MOST] if pieces else np.empty(0) for name, pieces in found.items()}
 
 
 def _texts(source: Any, names: list[str]) -> dict[str, tuple[str, ...]]:
     if not names:
         return {}
-    piece = next(iter(source.pieces(Wanted(clocks={"point": ()}, labels=tuple(names)))))
+    piece = next(iter(source.pieces(Wanted(clocks={ROW: ()}, labels=tuple(names)))))
     used = {name: np.unique(piece.labels[name].code) for name in names}
     return {name: tuple(piece.labels[name].known[code] for code in used[name] if code >= 0)[:FEW] for name in names}
 
@@ -122,7 +122,7 @@ def _parquet_kinds(source: ParquetSource) -> dict[str, str]:
         of = column.type
         if pa.types.is_floating(of) or pa.types.is_integer(of) or pa.types.is_boolean(of) or pa.types.is_decimal(of):
             kinds[column.name] = "number"
-        elif pa.types.is_timestamp(of):
+        elif pa.types.is_timestamp(of) or pa.types.is_duration(of):
             kinds[column.name] = "date"
         elif pa.types.is_string(of) or pa.types.is_large_string(of) or pa.types.is_dictionary(of):
             kinds[column.name] = "text"

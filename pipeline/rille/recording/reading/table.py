@@ -44,10 +44,10 @@ def pieces_of(batch: "pa.RecordBatch", wanted: Wanted, row: int, done: float, fi
 
 
 def dated(column: "pa.Array") -> bool:
-    """Whether a column holds time stamps with a date."""
+    """Whether a column holds time stamps with a date, or durations."""
     import pyarrow as pa
 
-    return pa.types.is_timestamp(column.type)
+    return pa.types.is_timestamp(column.type) or pa.types.is_duration(column.type)
 
 
 def times_of(column: "pa.Array", name: str, file: str) -> NDArray[np.float64] | NDArray[np.int64]:
@@ -57,7 +57,8 @@ def times_of(column: "pa.Array", name: str, file: str) -> NDArray[np.float64] | 
     if dated(column):
         if column.null_count:
             raise InputRefused(f"column '{name}' of '{file}' has rows without a time; remove those rows")
-        return column.cast(pa.timestamp("ns", column.type.tz), safe=False).cast(pa.int64()).to_numpy(zero_copy_only=False)
+        fine = pa.duration("ns") if pa.types.is_duration(column.type) else pa.timestamp("ns", column.type.tz)
+        return column.cast(fine, safe=False).cast(pa.int64()).to_numpy(zero_copy_only=False)
     if pa.types.is_int64(column.type) and not column.null_count:
         return column.to_numpy(zero_copy_only=False)
     return numbers_of(column, name, 0, file)

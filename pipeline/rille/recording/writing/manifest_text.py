@@ -62,8 +62,13 @@ def _description(channel: Channel, address: Address, hidden: Collection[str]) ->
     lines += [f"target = {toml_string(channel.target)}", f"unit = {toml_string(address.unit)}", f'role = "{channel.role}"']
     if channel.frame != "world":
         lines.append(f'frame = "{channel.frame}"')
-    stated = {"noise": (channel.noise, channel.unit), "delay": (channel.delay, "s"), "resolution": (channel.resolution, channel.unit)}
+    stated = {
+        "noise": (channel.noise, channel.unit),
+        "slow_noise": (channel.slow_noise, channel.unit),
+        "delay": (channel.delay, "s"),
+        "resolution": (channel.resolution, channel.unit),
+    }
     for key, (value, unit) in stated.items():
-        if value and key not in hidden:
+        if value and key.removeprefix("slow_") not in hidden:
             lines.append(f'{key} = "{float(value)!r} {unit}"' if unit != "1" else f"{key} = {float(value)!r}")
     return lines

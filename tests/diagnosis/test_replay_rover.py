@@ -1,0 +1,104 @@
+"""A cart on soft soil, recorded and replayed: a free root, wheels on soil, sensors in the axes of the body, a slow pose sensor."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from machines import cart, plane
+from recorded import commanded, record
+from rille import diagnosis, simulate
+from rille.model import Command, Scenario
+from rille.model.recording import Channel
+
+EARTH = 9.80665
+
+
+@pytest.fixture
+def cart_and_scenario(make_model):
+    """Left wheels run faster from 3 s on: a curve on a slope of 3 %."""
+    rover = cart(5.0, 0.15, 0.165)
+    commands = [Command(drive=d.name, time=0.0, value=2.0) for d in rover.drives]
+    commands += [Command(drive=d.name, time=3.0, value=3.0) for d in rover.drives if d.name.endswith("left")]
+    scenario = Scenario(
+        name="curve",
+        duration=6,
+        step=2e-3,
+        gravity=(0, 0, -EARTH),
+        terrain="plane",
+        placement="on_terrain",
+        settle_time=2,
+        commands=tuple(sorted(commands, key=lambda c: c.time)),
+    )
+    return make_model(rover, scenario, plane(0.03)), scenario
+
+
+def sensors(orientation):
+    """Position and orientation at the pose's clock, gyro and accelerometer in the body, wheels."""
+
+    def sensor(quantity, component, unit, noise, **more):
+        return Channel(
+            name=f"{quantity}.{component}", quantity=quantity, target="chassis", component=component, unit=unit, noise=noise, **more
+        )
+
+    found = [sensor("part.position", c, "m", 3e-3, clock="pose", delay=0.04) for c in "xyz"]
+    if orientation == "quaternion":
+        found += [sensor("part.orientation", c, "1", 1e-3, clock="pose", delay=0.04) for c in "wxyz"]
+    else:
+        found += [sensor("part.orientation", c, "rad", 2e-3, clock="pose", delay=0.04) for c in ("roll", "pitch", "yaw")]
+    found += [sensor("part.angular_velocity", c, "rad/s", 3e-3, frame="body", clock="imu") for c in "xyz"]
+    found += [sensor("part.linear_acceleration", c, "m/s^2", 0.05, frame="body", clock="imu") for c in "xyz"]
+    for wheel in ("wheel_front_left", "wheel_rear_right"):
+        found.append(Channel(name=f"speed {wheel}", quantity="joint.velocity", target=wheel, unit="rad/s", noise=0.01, clock="wheels"))
+        found.append(Channel(name=f"torque {wheel}", quantity="joint.effort", target=wheel, unit="N m", noise=0.1, clock="wheels"))
+    return found
+
+
+@pytest.mark.parametrize("orientation", ["quaternion", "angles"])
+def test_residuals_of_a_rover_are_the_noise(cart_and_scenario, orientation):
+    """Every channel within 12 % of its noise (about 250 samples a channel: 4.5 %); the gap of 0.1 s leaves nothing."""
+    path, scenario = cart_and_scenario
+    run = commanded(
+        record(path, sensors(orientation), duration=6.0, rate=50, seed=1, jitter=2e-3, gaps=[(1.5, 1.6)]), scenario, "joint.velocity"
+    )
+    comparison = diagnosis.compare_windows(simulate.Replayer(path), run)
+    for channel in comparison.channels:
+        left = channel.residual / channel.noise
+        print(f"{channel.channel.name:30s} {len(left)} {left.mean():+.2f} {left.std():.2f}")
+    for channel in comparison.channels:
+        left = channel.residual / channel.noise
+        assert np.sqrt(np.mean(left**2)) == pytest.approx(1, abs=0.14)
+    regimes = comparison.regimes
+    assert {"speed", "turning_rate", "slope", "x", "y", "slip_ratio/wheel_front_left", "normal_load/wheel_front_left"} <= set(
+        regimes.values
+    )
+    assert np.median(regimes.values["slope"]) == pytest.approx(np.arctan(0.03), rel=1e-3)
+
+
+def test_a_gap_of_the_pose_is_bridged_by_the_simulation(cart_and_scenario):
+    """While the pose sensor is silent for 0.9 s, windows go on from where the simulation has come; gyro and wheels stay at their noise."""
+    path, scenario = cart_and_scenario
+    run = record(path, sensors("angles"), duration=6.0, rate=50, seed=2, jitter=2e-3)
+    silent = tuple(
+        replace(c, time=c.time[(c.time < 2.0) | (c.time > 2.9)], value=c.value[(c.time < 2.0) | (c.time > 2.9)]) if c.clock == "pose" else c
+        for c in run.channels
+    )
+    comparison = diagnosis.compare_windows(simulate.Replayer(path), commanded(replace(run, channels=silent), scenario, "joint.velocity"))
+    for channel in comparison.channels:
+        assert np.sqrt(np.mean((channel.residual / channel.noise) ** 2)) == pytest.approx(1, abs=0.16)
+
+
+def test_a_softer_soil_shows_as_sinkage_in_height(cart_and_scenario, make_model):
+    """On a soil of a third of the stiffness the cart stands lower: the height differs, the yaw does not."""
+    from machines import LUNAR_SOIL
+
+    path, scenario = cart_and_scenario
+    run = commanded(record(path, sensors("angles"), duration=4.0, rate=50, seed=3, jitter=2e-3), scenario, "joint.velocity")
+    soft = plane(0.03, soil=replace(LUNAR_SOIL, frictional_modulus=LUNAR_SOIL.frictional_modulus / 3))
+    other = make_model(cart(5.0, 0.15, 0.165), scenario, soft)
+    comparison = diagnosis.compare_windows(simulate.Replayer(other), run)
+    by_name = {c.channel.name: c for c in comparison.channels}
+    height = by_name["part.position.z"]
+    print(height.residual.mean(), height.noise, by_name["part.orientation.yaw"].residual.std())
+    assert height.residual.mean() > 2 * height.noise
+    assert np.sqrt(np.mean((by_name["part.orientation.yaw"].residual / 2e-3) ** 2)) < 1.5
