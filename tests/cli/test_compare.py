@@ -139,10 +139,12 @@ def test_a_recording_of_another_machine_is_refused(plain):
 
 
 def test_ctrl_c_ends_at_once_with_130(plain):
-    for k in range(20):
-        store.write_recording(plain, replace(measured(plain), name=f"run/{k}"))
+    recording = measured(plain)
+    with store.held_open(plain):
+        for k in range(60):
+            store.write_recording(plain, replace(recording, name=f"run/{k}"))
     with subprocess.Popen([RILLE, "compare", str(plain)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
-        time.sleep(4)  # by then it replays: imports take one second, twenty recordings half a minute
+        time.sleep(4)  # by then it replays: imports take one second, sixty recordings half a minute
         child.send_signal(signal.SIGINT)
         out, err = child.communicate(timeout=60)
     assert child.returncode == 130, err

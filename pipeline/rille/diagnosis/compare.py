@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 Noise = Mapping[str, tuple[float, str]]
 Progress = Callable[[int, int, str], None] | None
 RUN_UP = 0.2  # [s] on ground: what a start state's error of height and tilt does to wheel loads has died out by then
+EXPLAINED = 2.0  # [noise]
 UNFIT = {"bad_channel": "the data gate calls it a bad channel", "stuck": "the data gate found it stuck"}
 
 
@@ -29,8 +30,8 @@ def compare_windows(
 
     Nodes every ``window`` [s]; start states smoothed from the recording without the model (``start_states``) and fitted to the window
     within their uncertainty (``fit_starts``); what is left is measured - simulated. Errors do not pile up, and the blame lands in its
-    window. All channels take part in the fit: what no channel shows directly (slip, the rate of a suspension) shakes efforts and
-    accelerations at the start of a window, and only they can tell it.
+    window. Efforts and accelerations take part in the fit where the model explains them: what no channel shows directly (slip, the rate
+    of a suspension) shakes them at the start of a window, and only they can tell it.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     shows = [c for c in observed if not unfit[c.name] and c.quantity in STATE_QUANTITIES and noise[c.name][0] > 0]
     parts = cut(recording, shows, window, simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
-    fitted = [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0]
+    fitted = _with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
     samples = [_samples(c, noise[c.name][0], parts) for c in fitted]
     fit = fit_starts(simulator, starts, parts.stops, samples, on_progress)
     channels, unreached = _compared(simulator, observed, fitted, unfit, noise, fit, parts)
@@ -73,6 +74,24 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
         regimes=_compared_regimes(simulator.regimes(fit.states, parts.stops), parts),
         notes=_notes(starts, fit),
     )
+
+
+def _with_a_say(simulator: Any, channels: Sequence[Channel], noise: Noise, starts: Starts, parts: Cut) -> list[Channel]:
+    """Channels that take part in the fit of starts: all that show the state, and of the others (efforts, loads, accelerations) those that
+    the model nearly explains from the smoothed starts: in most windows within ``EXPLAINED`` times their noise. What it does not explain
+    must not move starts, nor what else is seen there.
+    """
+    others = [c for c in channels if c.quantity not in STATE_QUANTITIES]
+    samples = [_samples(c, noise[c.name][0], parts) for c in others]
+    answers = simulator.predict(starts.states[None], parts.stops, others, [(s.window, s.time) for s in samples]) if others else []
+    explained = set()
+    for s, answer in zip(samples, answers, strict=True):
+        left = np.abs(residuals(s, answer[0]) / s.noise)
+        count = np.bincount(s.window, np.isfinite(left))
+        size = np.sqrt(np.bincount(s.window, np.nan_to_num(left) ** 2)[count > 0] / count[count > 0])
+        if len(size) and np.median(size) < EXPLAINED:
+            explained.add(s.channel.name)
+    return [c for c in channels if c.quantity in STATE_QUANTITIES or c.name in explained]
 
 
 def why_unfit(channel: Channel, recording: Recording) -> str:

@@ -81,7 +81,7 @@ def full_name(quantity: str, component: str, target: str) -> str:
 class Channel:
     """One column of a recording.
 
-    name : of the column in the source, unique in the recording. quantity, component, target : what was measured of what, as in ``QUANTITIES``.
+    name : of the column in the source, unique in the recording. quantity, component, target : what was measured, as in ``QUANTITIES``.
     unit : SI unit of ``value``. clock : name of the clock that stamped it; channels of one clock share ``time``.
     noise : 1 sigma [unit], None: not known. slow_noise : of that part of it that varies slowly (coloured), None: none known.
     resolution : step of quantised values [unit]. delay : [s], observed: the value stamped t is that of t - delay; command: what is
