@@ -161,7 +161,7 @@ def _tell_findings(recordings: "Sequence[Recording]") -> None:
 
 def _facts(entry: "Imported") -> dict[str, object]:
     recording = entry.recording
-    shown = ("name", "quantity", "component", "target", "unit", "role", "frame", "clock", "noise", "delay", "resolution")
+    shown = ("name", "quantity", "component", "target", "unit", "role", "frame", "clock", "noise", "slow_noise", "delay", "resolution")
     return {
         "name": recording.name,
         "kind": recording.kind,

@@ -136,7 +136,8 @@ def _compared(
         unreached |= set(s.window[~reached].tolist())
         sigma, source = _floor(channel, s, simulated, *noise[channel.name])
         if channel.resolution and sigma < 0.5 * channel.resolution:  # otherwise the noise has smeared the steps
-            simulated = np.round(simulated / channel.resolution) * channel.resolution
+            level = s.value[0] if len(s.value) else 0.0  # one of the values that the sensor can say
+            simulated = level + np.round((simulated - level) / channel.resolution) * channel.resolution
         gain = gains.get(channel.name, np.zeros(len(s.time)))
         found.append(
             ComparedChannel(

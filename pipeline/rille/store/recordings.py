@@ -15,6 +15,7 @@ from rille.store.database import insert, reading, writing
 
 Array = NDArray[np.float64]
 BLOCK = 4096  # samples
+DESCRIPTION = ("name", "quantity", "component", "target", "unit", "role", "frame", "noise", "slow_noise", "delay", "resolution")
 
 
 class RecordingWriter:
@@ -127,8 +128,7 @@ def _insert_head(connection: sqlite3.Connection, recording: Recording) -> int:
     for channel in recording.channels:
         if channel.clock not in clocks:
             clocks[channel.clock] = insert(connection, "clock", subject, {"recording_id": key, "name": channel.clock})
-        columns = ("name", "quantity", "component", "target", "unit", "role", "frame", "noise", "slow_noise", "delay", "resolution")
-        row = {column: getattr(channel, column) for column in columns}
+        row = {column: getattr(channel, column) for column in DESCRIPTION}
         row |= {"recording_id": key, "clock_id": clocks[channel.clock]}
         insert(connection, "channel", f"channel '{channel.name}' of {subject}", row)
     return key

@@ -23,6 +23,7 @@ from rille.recording.gate.stretches import BINS, MOST, Stretch, activity, choose
 from rille.recording.gate.stuck import check_stuck, held_stretches
 from rille.recording.gate.track import Track, lay
 from rille.recording.gate.witness import check_witnesses
+from rille.recording.points_gate import points_findings
 
 Array = NDArray[np.float64]
 Findings = tuple[GateFinding, ...]
@@ -43,7 +44,7 @@ def gate(recordings: Sequence[Recording], on_progress: Progress | None = None, *
         so that one channel at a time is in memory.
     """
     if not recordings or recordings[0].kind == "points":
-        return tuple(() for _ in recordings)
+        return tuple(points_findings(recording) for recording in recordings)
     source = Source(recordings, load)
     pairs = [related(recording.channels) for recording in source.recordings]
     found: list[list[GateFinding]] = []
