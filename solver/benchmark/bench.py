@@ -5,6 +5,7 @@
     effects     time with each effect of the catalogue at its usual size against none; and with every one present at zero
     threads     two worlds on two threads against the same two on one
     cad         a model built from an empty cache, rebuilt unchanged; a wheel's collision shape
+    recordings  import with the data gate; a drive compared with its own model
     terrain     100 000 craters on 10 000 x 10 000 heights: stamped in memory, beside numpy; in tiles into a file; after one landform moved
 
 Every time is the least of several, taken in turns, so that what else the machine does strikes all alike. ``--save`` appends to
@@ -24,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from bench_cad import measure_cad
+from bench_recordings import measure_recordings
 from bench_terrain import measure_terrain
 from rille._solver import Model, Simulation, windows
 
@@ -215,7 +217,7 @@ def main() -> None:
     print(f"{processor()}, one core; six wheels on Wong-Reece soil, 20 degrees of freedom, {SIMULATED:g} s of the demo's traverse\n")
     with tempfile.TemporaryDirectory() as folder:
         path = make_model(Path(folder))
-        found = measure_speed(path) | measure_sweep() | measure_effects(path) | measure_threads(path)
+        found = measure_speed(path) | measure_sweep() | measure_effects(path) | measure_threads(path) | measure_recordings(path)
     found |= measure_cad(EXAMPLES / "rover" / "rover.toml") | measure_terrain()
     if save:
         _save(found)

@@ -83,6 +83,9 @@ CHANNEL_ERRORS = {
     "scale 0": (('unit = "rad"\n', 'unit = "rad"\nscale = 0\n'), "is not 0"),
     "scale of another dimension": (('unit = "rad"\n', 'unit = "rad"\nscale = "2 N"\n'), "rad times the scale 2 N"),
     "negative noise": (('unit = "rad"\n', 'unit = "rad"\nnoise = -1\n'), "must be larger than 0"),
+    "delay before": (('unit = "rad"\n', 'unit = "rad"\ndelay = "-7 ms"\n'), "delay of channel 'q' is -7 ms; it must lie in 0 to 10 s"),
+    "delay too long": (('unit = "rad"\n', 'unit = "rad"\ndelay = "7 min"\n'), "delay of channel 'q' is 7 min; it must lie in 0 to 10 s"),
+    "delay not a number": (('unit = "rad"\n', 'unit = "rad"\ndelay = nan\n'), "delay"),
     "role": (('unit = "rad"\n', 'unit = "rad"\nrole = "input"\n'), "'channel\\[1\\].role' is refused"),
     "several targets": (('"knee"', '["knee", "hip"]'), "only a command may have several"),
 }
@@ -93,6 +96,20 @@ def test_channels(tmp_path, what):
     (old, new), match = CHANNEL_ERRORS[what]
     (tmp_path / "d.csv").write_text(GOOD)
     refuse(tmp_path, match, manifest(tmp_path, "d.csv", channels=CHANNELS.replace(old, new, 1)))
+
+
+def test_numbers_beyond_all_machines(tmp_path):
+    """Finite, but not before (or only after) the conversion; dropped on purpose it does no harm; 1e14 is left to the gate."""
+    (tmp_path / "d.csv").write_text(GOOD + "2.0,1,3e15\n2.01,1,1\n")
+    refuse(tmp_path, r"channel 'v' .* is 3e\+15 rad/s in its row 201 \(at 2 s\).*is the unit or scale right", manifest(tmp_path, "d.csv"))
+    load(manifest(tmp_path, "d.csv", channels=CHANNELS.replace("rad/s", "deg/s")), tmp_path / "deg.db")
+    drop = '[[correction]]\nkind = "drop_samples"\nchannel = "v"\nstart = 1.995\nend = 2.005\nreason = "damaged"\n'
+    load(manifest(tmp_path, "d.csv", channels=CHANNELS + drop), tmp_path / "drop.db")
+    (tmp_path / "d.csv").write_text(GOOD)
+    large = CHANNELS + "scale = 1e17\n"
+    refuse(tmp_path, r"channel 'v' .* is 1e\+17 rad/s in its row 1 ", manifest(tmp_path, "d.csv", channels=large))
+    whole = '[[correction]]\nkind = "sort"\nreason = "x"\n'
+    refuse(tmp_path, r"channel 'v' .* is 1e\+17 rad/s in its row 1 ", manifest(tmp_path, "d.csv", channels=large + whole))
 
 
 def test_two_columns_for_one_quantity(tmp_path):

@@ -12,10 +12,12 @@ from machines import cart
 from recording_files import write_bag, write_mcap
 from recording_import import load
 from rille import store
+from rille.model.recording import Channel, Recording
 from rille.model.sheet import data_folder
 from rille.recording.columns import targets_of
 from rille.recording.draft import draft_manifest
 from rille.recording.guess import guess_column, split_unit
+from rille.recording.writing import manifest_text, write_recording_file
 
 
 def drafted(folder, file, targets=None):
@@ -75,6 +77,70 @@ def test_every_guess_says_why(tmp_path):
             assert "# unknown:" in line
     load(path, tmp_path / "m.db")
     np.testing.assert_allclose(store.read_recording(tmp_path / "m.db", "d").channels[0].time[:3], [0, 0.01, 0.02])
+
+
+def several_clocks():
+    """Wheels at 50 Hz, the body at 20 Hz, a coarse log of as many rows at other times, and one command."""
+    rng = np.random.default_rng(4)
+    stamps = {"50hz": np.arange(0, 4, 0.02), "20hz": np.arange(0, 4, 0.05), "late": np.arange(0, 4, 0.05) + 0.013, "commands": np.zeros(1)}
+    kinds = [
+        ("left_wheel_vel", "joint.velocity", "", "left_wheel", "rad/s", "50hz"),
+        ("right_wheel_vel", "joint.velocity", "", "right_wheel", "rad/s", "50hz"),
+        ("hull_x", "part.position", "x", "hull", "m", "20hz"),
+        ("mast_x", "part.position", "x", "mast", "m", "late"),
+        ("left_wheel_vel_cmd", "joint.velocity", "", "left_wheel", "rad/s", "commands"),
+    ]
+    channels = [
+        Channel(
+            name=name,
+            quantity=quantity,
+            component=component,
+            target=target,
+            unit=unit,
+            role="command" if clock == "commands" else "observed",
+            clock=clock,
+            time=stamps[clock],
+            value=rng.standard_normal(len(stamps[clock])),
+        )
+        for name, quantity, component, target, unit, clock in kinds
+    ]
+    channels[1].value[50:60] = np.nan
+    channels[1].value[-1] = np.nan
+    return Recording(name="log", channels=tuple(channels))
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_each_column_gets_its_own_clock(tmp_path, ending):
+    """A table as `rille record` writes it comes back by its draft as by the manifest written with it, bit by bit."""
+    made, file = several_clocks(), tmp_path / f"d{ending}"
+    addresses = write_recording_file(file, made)
+    path, _, channels, content = drafted(tmp_path, file)
+    assert content["time"]["column"] == "time_50hz"
+    assert {name: channel.get("time", "time_50hz") for name, channel in channels.items()} == {n: a.time for n, a in addresses.items()}
+    (tmp_path / "own.toml").write_text(manifest_text(made, file.name, ending[1:], addresses))
+    load(path, tmp_path / "m.db")
+    load(tmp_path / "own.toml", tmp_path / "m.db")
+    drafted_one, own = store.read_recording(tmp_path / "m.db", "d"), store.read_recording(tmp_path / "m.db", "log")
+    assert len(drafted_one.channels) == len(made.channels)
+    for channel in drafted_one.channels:
+        other = own.channel(channel.name)
+        assert (channel.quantity, channel.component, channel.unit, channel.role) == (
+            other.quantity,
+            other.component,
+            other.unit,
+            other.role,
+        )
+        np.testing.assert_array_equal(channel.time, other.time)
+        np.testing.assert_array_equal(channel.value, other.value)
+
+
+def test_a_time_in_another_unit_is_no_second_clock(tmp_path):
+    t = np.arange(100) * 0.01
+    columns = {"t": t, "q_left": np.sin(t), "stamp": t + 1.7e9, "q_right": np.cos(t), "time_ms": 1e3 * t, "q_rear": t, "tick_time": 1e6 * t}
+    pq.write_table(pa.table(columns), tmp_path / "d.parquet")
+    _, _, channels, _ = drafted(tmp_path, tmp_path / "d.parquet")
+    assert {"stamp", "time_ms", "tick_time"} <= channels.keys()
+    assert not any("time" in channel for channel in channels.values())
 
 
 @pytest.mark.parametrize("kind", ["json", "ros1", "cdr", "bag", "folder"])

@@ -53,6 +53,11 @@ def hole(time: np.ndarray, value: np.ndarray) -> np.ndarray:
     return value
 
 
+def needles(time: np.ndarray, value: np.ndarray) -> np.ndarray:
+    value[[50, 90, 91, 250]] += 40 * value.std()
+    return value
+
+
 FAULTS: dict[str, tuple[Fault, str, str, set[str]]] = {  # fault, code, severity, channels or clocks of which one must be named
     "rate turned": (values("shoulder_velocity", lambda t, v: -v), "sign", "error", {"shoulder_velocity", "shoulder_position"}),
     "gyro turned": (values("gyro", lambda t, v: -v), "sign", "error", {"gyro", "heading"}),
@@ -73,6 +78,7 @@ FAULTS: dict[str, tuple[Fault, str, str, set[str]]] = {  # fault, code, severity
     "gap": (times(lambda t: np.where(t > 4, t + 2.0, t)), "clock_gap", "warning", {"time", "pose"}),
     "scaled": (values("shoulder_velocity", lambda t, v: 1.3 * v), "gain", "warning", {"shoulder_velocity", "shoulder_position"}),
     "biased": (values("gyro", lambda t, v: v + 0.5 * v.std()), "bias", "warning", {"gyro"}),
+    "needles": (values("elbow_position", needles), "spike", "warning", {"elbow_position"}),
     "late": (lambda r: changed(r, "gyro", time=r.channel("gyro").time + 0.06), "delay", "warning", {"gyro"}),
     "slow clock": (times(lambda t: 1.004 * t, "pose"), "clock_skew", "warning", {"time", "pose"}),
 }
@@ -235,6 +241,41 @@ def test_clocks_of_commands_have_no_rate():
         name="c", quantity="joint.effort", target="arm", unit="N m", role="command", clock="c", time=time, value=np.arange(12.0) % 3
     )
     assert gate([Recording(name="sparse", channels=(command,))])[0] == ()
+
+
+def test_small_gains_within_a_joint():
+    """5 % between rate and position, and between torque and command, are said where nothing else parts them; 2 % are not."""
+    time = np.arange(0, 20, 0.01)
+    angle, rate = np.sin(time) + 0.3 * np.sin(3.1 * time), np.cos(time) + 0.93 * np.cos(3.1 * time)
+
+    def joint(gain: float) -> list[GateFinding]:
+        columns = (
+            ("q", "joint.position", "rad", "observed", angle),
+            ("v", "joint.velocity", "rad/s", "observed", gain * rate),
+            ("u", "joint.effort", "N m", "command", angle),
+            ("tau", "joint.effort", "N m", "observed", gain * angle),
+        )
+        channels = tuple(
+            Channel(name=name, quantity=quantity, target="arm", unit=unit, role=role, time=time, value=value)
+            for name, quantity, unit, role, value in columns
+        )
+        return loud(Recording(name="scaled", channels=channels))
+
+    assert {(finding.code, finding.severity, finding.channel) for finding in joint(1.05)} == {
+        ("gain", "warning", "v"),
+        ("gain", "warning", "tau"),
+    }
+    assert joint(1.02) == []
+
+
+def test_rates_at_more_than_a_second():
+    """Stamps 1.5 ms apart that were declared seconds: a lonely rate tells; ninety samples, or a lonely position, do not."""
+    time = 1.5 * np.arange(400) + 0.25
+    channel = Channel(name="v", quantity="joint.velocity", target="arm", unit="rad/s", time=time, value=np.sin(0.01 * time))
+    (found,) = loud(Recording(name="slow", channels=(channel,)))
+    assert (found.code, found.severity, found.channel, found.detail["unit"]) == ("time_unit", "error", "time", "ms")
+    assert loud(Recording(name="short", channels=(replace(channel, time=time[:90], value=channel.value[:90]),))) == []
+    assert loud(Recording(name="position", channels=(replace(channel, quantity="joint.position", unit="rad"),))) == []
 
 
 def test_read_piece_by_piece_finds_the_same():

@@ -1,6 +1,7 @@
 """``rille compare``: what the model gives for the recordings of a database, and where it differs."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 Update = Callable[[str, float], None]
 SHORTEST = 1e-3  # [s]
+CONTRADICTIONS = ("bad_channel", "disagreement", "gain", "bias", "sign", "spike", "stuck")  # codes of findings
+MOST_DOUBTS = 8
 NOISE_FROM = 30  # recordings of one manifest that tell its sensors' noise
 
 
@@ -71,6 +74,7 @@ def compare(
         comparisons = _comparisons(database, heads, scenarios, mode, length, update)
         update("statistics", 0.98)
         difference = find_difference(comparisons)
+        difference = replace(difference, notes=(*difference.notes, *_doubts(heads)))
         if report is not None:
             update("report", 0.99)
             notes = _write_report(report, database, difference, comparisons, heads, scenarios)
@@ -162,6 +166,12 @@ def _replayed(
     finally:
         stopped.set()  # after a refusal or Ctrl-C the others end at their next sign of life
         pool.shutdown(cancel_futures=True)
+
+
+def _doubts(heads: Sequence["Recording"]) -> list[str]:
+    """What the data gate says of channels that contradict each other: a difference may be theirs instead of the model's."""
+    said = dict.fromkeys(f.message for head in heads for f in head.findings if f.code in CONTRADICTIONS)
+    return [f"the data gate, before any model: {message}" for message in said][:MOST_DOUBTS]
 
 
 def _shared_noises(database: Path, heads: Sequence["Recording"]) -> dict[str, dict[str, tuple[float, str]]]:

@@ -25,11 +25,16 @@ def judged(row: ChannelDifference, pooled: Pooled, q: float) -> ChannelDifferenc
     square = row.normalised**2
     sizes = {
         "bias": abs(row.bias) / row.noise if row.p_bias < RATE else 0.0,
-        "structure": np.nan_to_num(row.structure),
+        "structure": 0.0 if _of_unknown_noise(row, pooled) else np.nan_to_num(row.structure),
         "delay": float(np.sqrt(np.nan_to_num(row.lag_fit.explained_by_delay) * square)) if row.p_delay < RATE else 0.0,
     }
     differs = bool(q < RATE and (max(sizes.values()) > _least(row, pooled) or min(row.p_size, np.nan_to_num(row.p_window, nan=1.0)) < RATE))
     return replace(row, q=q, differs=differs, verdict=_verdict(row, pooled) if differs else "white")
+
+
+def _of_unknown_noise(row: ChannelDifference, pooled: Pooled) -> bool:
+    """Whether the residual is no larger than a noise that nobody stated: that it is not white is then the noise's own business."""
+    return pooled.noise_from != ("stated",) and row.normalised <= pooled.allowance
 
 
 def _least(row: ChannelDifference, pooled: Pooled) -> float:

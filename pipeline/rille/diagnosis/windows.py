@@ -19,6 +19,7 @@ STATE_QUANTITIES = (
     "part.linear_velocity",
     "part.angular_velocity",
 )
+ROUNDED = 1e-6  # [s] of stamps
 GAP = 0.25  # of a window: a longer stretch without any sample of the state ends the window before it
 
 
@@ -82,12 +83,14 @@ def _up(time: float, step: float) -> float:
 def picked(channel: Channel, starts: Array, stops: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Samples of a channel that lie in a window: their places (m,) and windows (m,), both ascending.
 
-    A sample belongs to the window in which the instant that it speaks of (its time less the delay) lies.
+    A sample belongs to the window in which the instant that it speaks of (its time less the delay) lies. Forces and accelerations are means
+    over the step that ends there: at the very start of a window they belong to the window before.
     """
     instant = channel.time - channel.delay
-    window = np.searchsorted(starts, instant, side="right") - 1
+    state = channel.quantity in STATE_QUANTITIES
+    window = (np.searchsorted(starts, instant, side="right") if state else np.searchsorted(starts, instant - ROUNDED, side="left")) - 1
     inside = (window >= 0) & np.isfinite(channel.value)
-    inside &= instant <= stops[np.maximum(window, 0)] + 1e-9
+    inside &= instant <= stops[np.maximum(window, 0)] + (1e-9 if state else ROUNDED)
     places = np.flatnonzero(inside)
     order = np.argsort(window[places], kind="stable")
     return places[order], window[places][order]

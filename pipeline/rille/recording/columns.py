@@ -11,6 +11,7 @@ from rille.model.recording import ANGLES, Channel, Correction, Quantity, find_qu
 from rille.model.rover import Rover
 from rille.recording.manifest import ChannelSheet, ManifestSheet
 
+LONGEST_DELAY = 10.0  # [s] a sensor that tells later than this is a log, whose clock is to be shifted
 SAME_NUMBER = {"rad": ("1", "Hz"), "rad/s": ("Hz", "1/s", "Bq")}  # pint takes radians for pure numbers: 1 Hz may mean 1 rad/s or 1 turn/s
 
 
@@ -114,6 +115,11 @@ def _plan(entry: ChannelSheet, targets: Targets | None) -> list[Column]:
                 raise InputRefused(f"{key} of {what} is {stated}; it must be larger than 0, or left out if it is not known")
         if numbers["slow_noise"] and numbers["noise"] and numbers["slow_noise"] > numbers["noise"]:
             raise InputRefused(f"slow_noise of {what} is {entry.slow_noise}, more than its noise, {entry.noise}, of which it is a part")
+        delay = to_si(entry.delay, "time", f"delay of {what}")
+        if not 0 <= delay <= LONGEST_DELAY:
+            raise InputRefused(
+                f"delay of {what} is {entry.delay}; it must lie in 0 to {LONGEST_DELAY:g} s, or be left out if it is not known"
+            )
         channel = Channel(
             name=name if isinstance(entry.target, str) else f"{name} ({target})",
             quantity=entry.quantity,
@@ -122,7 +128,7 @@ def _plan(entry: ChannelSheet, targets: Targets | None) -> list[Column]:
             unit=unit,
             role=entry.role,
             frame=entry.frame,
-            delay=to_si(entry.delay, "time", f"delay of {what}"),
+            delay=delay,
             **numbers,
         )
         offset = to_si(entry.offset, unit, f"offset of {what}")

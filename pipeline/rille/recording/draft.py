@@ -17,6 +17,7 @@ from rille.recording.reading.survey import FEW, Facts, Survey, message_fields, s
 from rille.recording.stamps import LARGEST_START
 
 TIME_WORDS = ("time", "t", "stamp", "timestamp", "secs", "seconds", "datetime", "date")
+LONGER = 100.0  # a time that ends so much later than the first counts in another unit
 TIME_UNITS = {"s": "s", "ms": "ms", "us": "us", "ns": "ns", "min": "min"}
 
 
@@ -78,8 +79,8 @@ def _reference(path: Path, manifest: Path) -> str:
 def _clock(found: Survey, path: Path) -> tuple[Facts, list[str], list[str]]:
     """The column of the time, and the tables that say so."""
     candidates = [facts for facts in found.columns if facts.kind in ("number", "date")]
-    named = [facts for facts in candidates if set(words_of(split_unit(facts.name)[0])) & set(TIME_WORDS)]
-    rising = [facts for facts in candidates if len(facts.values) > 2 and bool(np.all(np.diff(facts.values) > 0))]
+    named = [facts for facts in candidates if _named_time(facts)]
+    rising = [facts for facts in candidates if _rises(facts)]
     chosen = next(iter([f for f in named if f in rising or f.kind == "date"] or named or rising), None)
     if chosen is None:
         raise InputRefused(
@@ -102,6 +103,53 @@ def _clock(found: Survey, path: Path) -> tuple[Facts, list[str], list[str]]:
     if len(first) and abs(first[0]) > LARGEST_START:
         lines.append(f'origin = "first"  # guess: because it begins at {first[0]:.6g} s, counted from some epoch')
     return chosen, split, lines
+
+
+def _named_time(facts: Facts) -> bool:
+    return bool(set(words_of(split_unit(facts.name)[0])) & set(TIME_WORDS))
+
+
+def _rises(facts: Facts, least: int = 3) -> bool:
+    """Whether there are enough numbers, which rise from each filled row to the next; times of fewer rows end in empty cells."""
+    values = facts.values[np.isfinite(facts.values)]
+    return len(values) >= least and bool(np.all(np.diff(values) > 0))
+
+
+def _clocks(found: Survey, clock: Facts, split: Sequence[str]) -> list[Facts]:
+    """All columns of times, where a table has several clocks; the others rise too, and overlap the first in the same unit."""
+    if split or clock.kind != "number" or not _rises(clock):
+        return [clock]
+    unit, first, last = _time_unit(clock)[0], float(np.nanmin(clock.values)), float(np.nanmax(clock.values))
+
+    def fits(facts: Facts) -> bool:
+        if facts.kind != "number" or not _named_time(facts) or not _rises(facts, least=1):
+            return False
+        begin, end = float(np.nanmin(facts.values)), float(np.nanmax(facts.values))
+        own = split_unit(facts.name)[1]
+        return (
+            begin <= last and end >= first and end - first < LONGER * (last - first) and (own not in TIME_UNITS or TIME_UNITS[own] == unit)
+        )
+
+    return [facts for facts in found.columns if facts is clock or fits(facts)]
+
+
+def _clock_of(facts: Facts, clocks: Sequence[Facts], found: Survey) -> tuple[Facts, str]:
+    """The clock of a column, and why: the one with the fewest rows that has a time wherever the column has a value.
+
+    Of several such, it is the nearest to its left, else to its right.
+    """
+    names = [column.name for column in found.columns]
+    here, filled = names.index(facts.name), np.isfinite(facts.values)
+    able = [
+        (clock, times)
+        for clock in clocks
+        if len(clock.values) == len(filled) and not np.any(filled & ~(times := np.isfinite(clock.values)))
+    ]
+    if not able:
+        return clocks[0], "it is the first of the times"
+    best = min(able, key=lambda one: (int(one[1].sum()), (here - names.index(one[0].name)) % len(names)))
+    same = bool(np.array_equal(best[1], filled))
+    return best[0], "the same rows are filled" if same else "it has a time wherever this has a value"
 
 
 def _time_unit(facts: Facts) -> tuple[str, str]:
@@ -150,9 +198,9 @@ class _Writer:
         self.unknown: list[str] = []
         self.seen: dict[tuple[str, ...], str] = {}
 
-    def channel(self, column: str, guess: Guess, note: str = "") -> list[str]:
-        """One table."""
-        lines = ["", "[[channel]]", f"column = {toml_string(column)}"]
+    def channel(self, column: str, guess: Guess, note: str = "", time: str = "") -> list[str]:
+        """One table. time : its line about the clock, if that is not the first."""
+        lines = ["", "[[channel]]", f"column = {toml_string(column)}"] + ([time] if time else [])
         target, why_target = self._target(guess) if guess.quantity else ("", "")
         if not guess.quantity or not target:
             self.unknown.append(column)
@@ -210,8 +258,9 @@ def _columns(found: Survey, clock: Facts, split: Sequence[str], writer: _Writer)
     lines: list[str] = []
     places = {(g.quantity, g.component) for g in (guess_column(facts.name) for facts in found.columns)}
     falls = ("part.position", "z") in places and not places & {("part.position", "x"), ("part.position", "y")}
+    clocks = _clocks(found, clock, split)
     for facts in found.columns:
-        if facts is clock or facts.kind == "text" or facts.name in split:
+        if any(facts is one for one in clocks) or facts.kind == "text" or facts.name in split:
             continue
         if facts.kind != "number":
             lines += writer.channel(facts.name, Guess(because=f"it holds {'dates' if facts.kind == 'date' else 'no numbers'}"))
@@ -228,7 +277,9 @@ def _columns(found: Survey, clock: Facts, split: Sequence[str], writer: _Writer)
             guess = replace(guess, component="z", because=f"{guess.because}; vertical, as the height is the only coordinate")
         if guess.unit == "rad" and len(values) and np.abs(values).max() > 50 and not split_unit(facts.name)[1] and guess.component:
             note += '; so large an angle may be in "deg"'
-        lines += writer.channel(facts.name, guess, note)
+        own, why = _clock_of(facts, clocks, found) if len(clocks) > 1 else (clock, "")
+        time = "" if own is clock else f"time = {toml_string(own.name)}  # guess: because {why}"
+        lines += writer.channel(facts.name, guess, note, time)
     return lines
 
 

@@ -20,6 +20,7 @@ from rille.recording.spool import Spool
 from rille.recording.stamps import Rows, Stamps
 
 CHUNK = 65536  # samples handed on at once
+LARGEST = 1e15  # SI: nothing on a machine is larger, so the unit or the scale is wrong, or the number is damaged
 COMMIT_EVERY = 1.0  # [s] of real time
 
 Progress = Callable[[str, float], None]
@@ -323,7 +324,8 @@ class _Reader:
             if column.channel.clock == piece.clock and column.column in piece.values:
                 value = piece.values[column.column][rows]
                 if column.factor != 1.0 or column.offset != 0.0:
-                    value = value * column.factor + column.offset
+                    with np.errstate(over="ignore"):
+                        value = value * column.factor + column.offset
                 values[column.channel.name] = self._finite(building, column, value, piece, rows)
         if building.whole:
             building.spool.append(piece.clock, time, values)
@@ -352,6 +354,16 @@ class _Reader:
     def _write(self, building: _Building, clock: str, time: Array, values: Values) -> None:
         """Hand on what the sink does not have yet."""
         seen = building.seen.get(clock, 0)
+        for name, value in values.items():
+            large = np.abs(value) > LARGEST
+            if large.any():
+                k, unit = int(np.argmax(large)), building.recording.channel(name).unit
+                unit = "" if unit == "1" else f" {unit}"
+                raise InputRefused(
+                    f"channel '{name}' of recording '{building.recording.name}' is {value[k]:.6g}{unit} in its row {seen + k + 1} "
+                    f"(at {time[k]:.6g}{' s' if building.recording.kind == 'time' else ''}), beyond {LARGEST:g}; "
+                    "is the unit or scale right? A damaged value is left out by the correction drop_samples"
+                )
         building.seen[clock] = seen + len(time)
         skip = min(len(time), max(0, building.kept[clock] - seen))
         if skip < len(time) and building.sink is not None:

@@ -10,6 +10,7 @@ from rille.model.recording import ANGLES, Channel
 
 Array = NDArray[np.float64]
 SolverChannel = tuple[str, str, int]
+ROUNDED = 1e-2  # [steps] by which a stamp may be late for the end of a step and still mean it
 AXIS = {"x": 0, "y": 1, "z": 2}
 TURN = {"w": 0, "x": 1, "y": 2, "z": 3}
 SMOOTH = ("joint.position", "part.position", "part.orientation")  # of one more order between steps
@@ -92,7 +93,7 @@ def between(series: Array, row: NDArray[np.int64], at: Array, quantity: str) -> 
     """
     last = series.shape[1] - 1
     if quantity not in (*SMOOTH, *LINEAR):
-        return series[row, np.clip(np.ceil(at - 1e-6).astype(np.int64), min(1, last), last)]
+        return series[row, np.clip(np.ceil(at - ROUNDED).astype(np.int64), min(1, last), last)]
     left = np.clip(np.floor(at).astype(np.int64), 0, max(last - 1, 0))
     part = at - left
     if quantity in LINEAR or last < 3:

@@ -135,8 +135,12 @@ def writing(path: Path, *, known_sound: bool = False) -> Iterator[sqlite3.Connec
 
 @contextmanager
 def held_open(path: Path) -> Iterator[None]:
-    """Keep one connection open meanwhile, so that each of many small transactions does not end in a checkpoint of the whole journal."""
-    with reading(path) as connection:
+    """Keep one connection open meanwhile, so that each of many small transactions does not end in a checkpoint of the whole journal.
+
+    It may write, so that its end folds the journal into the file: a copy of the file alone is whole again.
+    """
+    _probe(Path(path), may_be_older=False)
+    with closing(sqlite3.connect(path, isolation_level=None, timeout=10)) as connection:
         connection.execute("SELECT count(*) FROM run").fetchone()  # the file is opened by the first question
         yield
 

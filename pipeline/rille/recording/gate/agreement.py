@@ -14,6 +14,7 @@ Fits = Sequence[tuple[Pair, Fit]]
 SEEN = 0.5  # R^2 from which the delay of a response is believed
 SURE = 0.8  # R^2 from which gain, delay and bias of redundant channels are believed
 SIGMAS = 6.0
+EXACT, EXACT_GAIN, EXACT_SIGMAS = 0.999, 0.03, 5.0  # R^2 from which, and bounds by which, channels of one joint must have the gain 1
 SMALLEST = 1e-3  # [s] delays below this are none
 TURNED = ("roll", "pitch", "yaw")
 
@@ -72,12 +73,22 @@ def _gain_fault(channels: Mapping[str, Channel], pair: Pair, fit: Fit) -> tuple[
     sure = fit.agreement > (0.95 if pair.kind == "response" else 0.9) and not (fit.ambiguous and abs(fit.delay) > fit.half)
     if mean < 0 and sure and low - slack < 1 < high + slack:
         return "sign", ""
+    exact = _exact(channels, pair, fit)
+    if exact:
+        slack = max(EXACT_GAIN, EXACT_SIGMAS * fit.gain_error)
     if low - slack <= 1 <= high + slack:
         return None
     known = nearest_factor(mean, 0.08 if within < 0.1 else 0.15) if sure else None
     if known is not None:
         return "unit", known[1]
-    return ("gain", "") if pair.kind != "response" and mean > 0 else None
+    return ("gain", "") if (pair.kind != "response" or exact) and mean > 0 else None
+
+
+def _exact(channels: Mapping[str, Channel], pair: Pair, fit: Fit) -> bool:
+    """Whether nothing but scale can part two channels of one joint: they agree but for a gain. Only efforts are what was commanded."""
+    first, second = channels[pair.first], channels[pair.second]
+    joint = first.quantity.startswith("joint.") and second.quantity.startswith("joint.")
+    return joint and fit.agreement > EXACT and (pair.kind != "response" or first.quantity == second.quantity == "joint.effort")
 
 
 def _named(pair: Pair, sound: set[str]) -> tuple[str, str]:

@@ -8,13 +8,16 @@ from rille.model.recording import GateFinding
 Array = NDArray[np.float64]
 FASTEST = 20_000.0  # [Hz] a machine's logger is slower
 SLOWEST = 5.0  # [s] between samples; a log of a moving machine is denser
+SLOWEST_RATES = 1.0  # [s] the same where rates or efforts were recorded: sampled more slowly they tell nothing of a motion
+RATES = ("joint.velocity", "joint.effort", "part.linear_velocity", "part.angular_velocity", "part.linear_acceleration")
+MANY = 100  # samples of a regular clock from which ``SLOWEST_RATES`` holds
 SHORT = {1e3: "ms", 1e6: "us", 1e9: "ns"}
 
 
-def check_clock(name: str, time: Array, *, moving: bool = True) -> list[GateFinding]:
+def check_clock(name: str, time: Array, *, moving: bool = True, rates: bool = False) -> list[GateFinding]:
     """Findings about stamps (n,) [s]: backwards, duplicates, gaps, lost samples, jitter, and a rate that no logger has.
 
-    moving : False: nothing changes over time, so that the rate proves nothing.
+    moving : False: nothing changes over time, so that the rate proves nothing. rates : an observed channel of it is one of ``RATES``.
     """
     if len(time) < 2:
         return []
@@ -26,7 +29,7 @@ def check_clock(name: str, time: Array, *, moving: bool = True) -> list[GateFind
     found = _order(name, time, interval)
     forward = interval[interval > 0]
     if len(forward):
-        found += _rate(name, forward, time, moving) + _gaps(name, time, interval, forward) + _jitter(name, forward)
+        found += _rate(name, forward, time, moving, rates) + _gaps(name, time, interval, forward) + _jitter(name, forward)
     return found
 
 
@@ -52,7 +55,7 @@ def _order(name: str, time: Array, interval: Array) -> list[GateFinding]:
     return found
 
 
-def _rate(name: str, forward: Array, time: Array, moving: bool) -> list[GateFinding]:
+def _rate(name: str, forward: Array, time: Array, moving: bool, rates: bool) -> list[GateFinding]:
     step = float(np.median(forward))
     if step < 1 / FASTEST:
         factor = next((f for f in (1e3, 1e6, 1e9) if step * f > 5e-5), 1e9)
@@ -61,7 +64,9 @@ def _rate(name: str, forward: Array, time: Array, moving: bool) -> list[GateFind
         detail = {"step": step, "factor": factor}
         return [GateFinding(code="time_unit", severity="error", channel=name, detail=detail, message=message)]
     whole = bool(np.all(time[:10_000] == np.round(time[:10_000]))) and len(time) > 10
-    if moving and (step > SLOWEST or (step >= 2 and whole)):
+    regular = float(np.quantile(forward, 0.9)) < 1.2 * step
+    slowest = SLOWEST_RATES if rates and regular and len(time) > MANY else SLOWEST
+    if moving and (step > slowest or (step >= 2 and whole)):
         factor = next((f for f in (1e3, 1e6, 1e9) if step / f < 2), 1e9)
         what = "whole numbers with " if whole else ""
         message = (

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rille.model.recording import Channel, GateFinding, Recording
 from rille.recording.gate.agreement import check_agreement
-from rille.recording.gate.clock import check_clock
+from rille.recording.gate.clock import RATES, check_clock
 from rille.recording.gate.header import check_header
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.missing import check_missing
@@ -19,6 +19,7 @@ from rille.recording.gate.ranges import check_range
 from rille.recording.gate.relations import Pair, related
 from rille.recording.gate.saturation import FlatTops, check_saturation, flat_tops
 from rille.recording.gate.source import Load, Source, Span
+from rille.recording.gate.spikes import check_spikes
 from rille.recording.gate.stretches import BINS, MOST, Stretch, activity, choose
 from rille.recording.gate.stuck import check_stuck, held_stretches
 from rille.recording.gate.track import Track, lay
@@ -93,6 +94,7 @@ def _single(
     """Checks of each channel by itself; the stretches that comparisons shall look at."""
     recording = source.recordings[k]
     used = [channel for channel in recording.channels if channel.role != "ignore"]
+    rated = {channel.clock for channel in used if channel.role == "observed" and channel.quantity in RATES}
     found = check_header(recording)
     active, clocks, manners = np.zeros(BINS), {}, {}
     held: dict[str, tuple[int, list[Held], list[FlatTops]]] = {}
@@ -103,14 +105,14 @@ def _single(
         if not len(time):
             continue
         if channel.clock not in clocks:
-            clocks[channel.clock] = Stamps.of(channel)
+            clocks[channel.clock] = Stamps.of(channel, rates=channel.clock in rated)
         clock = clocks[channel.clock]
         heads.setdefault(channel.name, replace(channel, time=time[:10_000].copy(), value=np.empty(0)))
         found += check_missing(channel)
         if not np.isfinite(value).any():
             continue
         resolution, notes = (None, []) if channel.role == "command" else check_quantisation(channel)
-        found += notes + check_range(channel)
+        found += notes + check_range(channel) + check_spikes(channel, resolution)
         manners[channel.name] = manner_of(value, resolution)
         if not clock.forward:
             continue
@@ -148,13 +150,13 @@ class Stamps:
     forward: bool
 
     @classmethod
-    def of(cls, channel: Channel) -> "Stamps":
-        """Of the clock of a channel with samples."""
+    def of(cls, channel: Channel, *, rates: bool) -> "Stamps":
+        """Of the clock of a channel with samples; ``rates`` as in ``check_clock``."""
         time = channel.time
         finite = time[np.isfinite(time)]
         first, last = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
         forward = bool(np.all(time[1:] >= time[:-1]))
-        return cls(findings=check_clock(channel.clock, time), first=first, last=last, count=len(time), forward=forward)
+        return cls(findings=check_clock(channel.clock, time, rates=rates), first=first, last=last, count=len(time), forward=forward)
 
 
 def _together(
