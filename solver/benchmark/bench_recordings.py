@@ -20,14 +20,13 @@ def measure_recordings(model: Path) -> dict[str, float]:
     """Import with the data gate, program start included, and comparison, both against the time that was recorded."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        imported = _timed("import", _table(folder), "-o", folder / "import.db")
+        table = _table(folder)
+        imported = _timed("import", table, "-o", folder / "import.db")
         _timed("record", model, "--sensors", SENSORS, "-o", folder / "drive.parquet", "--duration", DRIVEN)
         _timed("import", folder / "drive.toml", "-o", model)
         compared = _timed("compare", model)
     rate = CHANNELS * ROWS / imported
-    print(
-        f"import and gate of {CHANNELS} channels, {ROWS / 1000:g} s at 1 kHz: {imported:.1f} s, {rate / 1e6:.2f} million samples/s (budget 2.4)"
-    )
+    print(f"{CHANNELS} channels of {ROWS / 1000:g} s at 1 kHz imported: {imported:.1f} s, {rate / 1e6:.2f} million samples/s (budget 2.4)")
     print(
         f"{DRIVEN:g} s of the rover with 34 channels compared with its model: {compared:.1f} s, {compared / DRIVEN:.2f} times the recording"
     )

@@ -9,7 +9,7 @@ import pyarrow.parquet as parquet
 import pytest
 
 from recording.gate_machines import changed, machine
-from rille.model.recording import Channel, GateFinding, Recording
+from rille.model.recording import Channel, GateFinding, Recording, Role
 from rille.recording.gate import gate
 from rille.recording.gate.lag import fit_lag
 from rille.recording.gate.quantisation import resolution_of
@@ -249,7 +249,7 @@ def test_small_gains_within_a_joint():
     angle, rate = np.sin(time) + 0.3 * np.sin(3.1 * time), np.cos(time) + 0.93 * np.cos(3.1 * time)
 
     def joint(gain: float) -> list[GateFinding]:
-        columns = (
+        columns: tuple[tuple[str, str, str, Role, np.ndarray], ...] = (
             ("q", "joint.position", "rad", "observed", angle),
             ("v", "joint.velocity", "rad/s", "observed", gain * rate),
             ("u", "joint.effort", "N m", "command", angle),
@@ -270,7 +270,7 @@ def test_small_gains_within_a_joint():
 
 def test_rates_at_more_than_a_second():
     """Stamps 1.5 ms apart that were declared seconds: a lonely rate tells; ninety samples, or a lonely position, do not."""
-    time = 1.5 * np.arange(400) + 0.25
+    time = np.linspace(0.25, 598.75, 400)
     channel = Channel(name="v", quantity="joint.velocity", target="arm", unit="rad/s", time=time, value=np.sin(0.01 * time))
     (found,) = loud(Recording(name="slow", channels=(channel,)))
     assert (found.code, found.severity, found.channel, found.detail["unit"]) == ("time_unit", "error", "time", "ms")
@@ -308,12 +308,13 @@ def double_pendulum(data: Path, name: str, runs: str) -> list[Recording]:
         rows = run == of
         channels = []
         for number, joint in (("1", "shoulder"), ("2", "elbow")):
-            for column, quantity, unit, role in (
+            kinds: tuple[tuple[str, str, str, Role], ...] = (
                 ("pos_meas", "joint.position", "rad", "observed"),
                 ("vel_meas", "joint.velocity", "rad/s", "observed"),
                 ("tau_con", "joint.effort", "N m", "command"),
                 ("tau_meas", "joint.effort", "N m", "observed"),
-            ):
+            )
+            for column, quantity, unit, role in kinds:
                 time, value = (np.asarray(table[key].to_numpy(), float)[rows] for key in ("time", column + number))
                 channels.append(
                     Channel(name=column + number, quantity=quantity, target=joint, unit=unit, role=role, time=time, value=value)
@@ -342,8 +343,8 @@ def test_husky_heading_of_its_inertial_unit(rille_data: Path):
     if not path.is_file():
         pytest.skip(f"no {path}")
     windows = np.load(path)
-    time = np.arange(40) * 0.05
-    columns = (
+    time = np.linspace(0, 1.95, 40)
+    columns: tuple[tuple[str, str, str, str, str, Role], ...] = (
         ("cmd_left", "joint.velocity", "", "front_left", "rad/s", "command"),
         ("cmd_right", "joint.velocity", "", "front_right", "rad/s", "command"),
         ("left_wheel_vel", "joint.velocity", "", "front_left", "rad/s", "observed"),

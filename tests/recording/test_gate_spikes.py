@@ -11,7 +11,9 @@ TIME = np.arange(500) * 0.01
 
 
 def found(value: np.ndarray, resolution: float | None = None, quantity: str = "joint.position", unit: str = "rad") -> list[GateFinding]:
-    channel = Channel(name="q", target="arm", time=np.arange(len(value)) * 0.01, value=value, quantity=quantity, unit=unit)
+    channel = Channel(
+        name="q", target="arm", time=np.linspace(0, 0.01 * (len(value) - 1), len(value)), value=value, quantity=quantity, unit=unit
+    )
     return check_spikes(channel, resolution)
 
 

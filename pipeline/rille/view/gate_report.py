@@ -21,6 +21,7 @@ POINTS = 3000  # of one curve
 MARGIN = 1.0  # part of an interval that is shown before and after it
 WINDOW = 10.0  # [s] of two channels that are compared, unless they are slow
 MEANING = {
+    "spike": "single samples far off",
     "missing": "no value",
     "missing_single": "single values missing",
     "not_finite": "infinite values",
