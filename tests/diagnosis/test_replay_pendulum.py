@@ -64,7 +64,6 @@ def test_residuals_are_white_at_the_noise(make_model, seed):
     path, scenario = model(make_model, seed)
     comparison = diagnosis.compare_windows(simulate.Replayer(path), recorded(path, scenario, seed))
     total, count = chi2(comparison.channels)
-    print(f"chi2/n {total / count:.3f} of {count}, shifts {[round(w.shift, 1) for w in comparison.windows]}")
     assert total / count == pytest.approx(0.997, abs=0.04)
     for channel in comparison.channels:
         left = channel.residual / channel.noise
@@ -127,7 +126,6 @@ def test_inverse_dynamics_gives_back_the_torques(make_model, seed):
     path, scenario = model(make_model, seed)
     comparison = diagnosis.compare_inverse(simulate.Replayer(path), recorded(path, scenario, seed))
     total, count = chi2(comparison.channels)
-    print(total / count, [c.noise for c in comparison.channels])
     assert 0.4 < total / count < 2
     assert all(c.noise < 0.05 for c in comparison.channels)
 
@@ -172,7 +170,6 @@ def test_a_violent_window_is_found_by_continuation(make_model):
     comparison = diagnosis.compare_windows(simulate.Replayer(path), recorded(path, wild, 1), window=0.3)
     total, count = chi2(comparison.channels)
     fastest = max(np.abs(c.measured).max() for c in comparison.channels if c.channel.name == "rate2")
-    print(total / count, fastest, [w.shift for w in comparison.windows], comparison.notes)
     assert fastest > 50
     assert total / count == pytest.approx(0.995, abs=0.06)
 

@@ -64,7 +64,6 @@ def test_residuals_of_a_rover_are_the_noise(cart_and_scenario, orientation):
     comparison = diagnosis.compare_windows(simulate.Replayer(path), run)
     for channel in comparison.channels:
         left = channel.residual / channel.noise
-        print(f"{channel.channel.name:30s} {len(left)} {left.mean():+.2f} {left.std():.2f}")
     for channel in comparison.channels:
         left = channel.residual / channel.noise
         assert np.sqrt(np.mean(left**2)) == pytest.approx(1, abs=0.14)
@@ -99,6 +98,5 @@ def test_a_softer_soil_shows_as_sinkage_in_height(cart_and_scenario, make_model)
     comparison = diagnosis.compare_windows(simulate.Replayer(other), run)
     by_name = {c.channel.name: c for c in comparison.channels}
     height = by_name["part.position.z"]
-    print(height.residual.mean(), height.noise, by_name["part.orientation.yaw"].residual.std())
     assert height.residual.mean() > 2 * height.noise
     assert np.sqrt(np.mean((by_name["part.orientation.yaw"].residual / 2e-3) ** 2)) < 1.5

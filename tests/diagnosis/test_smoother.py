@@ -40,7 +40,6 @@ def test_errors_are_as_large_as_the_covariance_says(seed, with_rate):
     found = smooth(instants, series, widest=0.5)
     error = found.value[:, :2] - np.stack(at(instants), axis=1)
     spread = np.einsum("ni,nij,nj->n", error, np.linalg.inv(found.covariance[:, :2, :2]), error) / 2
-    print(f"{spread.mean():.2f}, sigma of position {np.sqrt(np.median(found.covariance[:, 0, 0])):.1e}")
     assert 0.5 < spread.mean() < 1.6
     assert np.sqrt(np.median(found.covariance[:, 0, 0])) < 1e-3  # better than a sample by more than 2
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rille.cli.talk import Json, print_json, progress, say
+from rille.model.severity import SEVERITIES
 
 if TYPE_CHECKING:
     from rille.cad.checks import CheckReport, Finding
@@ -55,7 +56,7 @@ def check(
             progress=update,
         )
     picture = None if output is None else _picture(rover, report, output)
-    counts = {severity: sum(f.severity == severity for f in report.findings) for severity in ("error", "warning", "note")}
+    counts = {severity: sum(f.severity == severity for f in report.findings) for severity in SEVERITIES}
     if as_json:
         print_json(_plain(report, counts, picture))
     else:

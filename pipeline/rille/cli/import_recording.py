@@ -1,15 +1,18 @@
 """``rille import``: recordings into the database."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rille.cli.talk import Json, print_json, progress, say
+from rille.model.severity import SEVERITIES
 
 if TYPE_CHECKING:
-    from rille.model.recording import Channel, GateFinding, Recording
+    from rille.model.recording import GateFinding, Recording
     from rille.recording.importing import Gate, Imported, Load
     from rille.recording.manifest import Manifest
     from rille.store import RecordingWriter
@@ -25,7 +28,7 @@ def import_recording(
 
     An import that was interrupted goes on when the same command is given again.
 
-    Example: rille import examples/double_pendulum/clean.toml -o pendulum.db --report gate.html
+    Example: rille import examples/double_pendulum/acrobot.toml -o pendulum.db --report gate.html
     """
     from rille import store
     from rille.model import InputRefused
@@ -123,10 +126,7 @@ def _write_report(report: Path, recordings: "Sequence[Recording]", source: Path,
     from rille import store
     from rille.view.gate_report import write_gate_report
 
-    def stored(recording: str, channel: str, span: tuple[float, float] | None) -> "Channel":
-        return store.read_recording(source, recording, channels=[channel], span=span).channel(channel)
-
-    write_gate_report(report, recordings, source=str(source), load=load or stored)
+    write_gate_report(report, recordings, source=str(source), load=load or partial(store.read_channel, source))
     say(f"wrote {report}")
 
 
@@ -152,8 +152,7 @@ def _tell_findings(recordings: "Sequence[Recording]") -> None:
     for recording in recordings:
         for finding in recording.findings:
             told.setdefault((finding.severity, finding.code, finding.channel), []).append((recording.name, finding))
-    order = ("error", "warning", "note")
-    for (severity, _, _), found in sorted(told.items(), key=lambda item: order.index(item[0][0])):
+    for (severity, _, _), found in sorted(told.items(), key=lambda item: SEVERITIES.index(item[0][0])):
         name, finding = found[0]
         more = f" (and in {len(found) - 1} more recordings)" if len(found) > 1 else ""
         say(f"{severity}: {name}: {finding.message}{more}")
@@ -172,11 +171,6 @@ def _facts(entry: "Imported") -> dict[str, object]:
         "start": entry.start,
         "end": entry.end,
         "channels": [{key: getattr(channel, key) for key in shown} for channel in recording.channels],
-        "corrections": [
-            {"kind": c.kind, "channel": c.channel, "detail": dict(c.detail), "reason": c.reason} for c in recording.corrections
-        ],
-        "findings": [
-            {"code": f.code, "severity": f.severity, "channel": f.channel, "detail": dict(f.detail), "message": f.message}
-            for f in recording.findings
-        ],
+        "corrections": [asdict(correction) for correction in recording.corrections],
+        "findings": [asdict(finding) for finding in recording.findings],
     }

@@ -1,6 +1,7 @@
 """``rille record check``: the data gate over stored recordings."""
 
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +9,7 @@ import typer
 
 from rille.cli.recording_names import MEANT, chosen_recordings
 from rille.cli.talk import Json, print_json, progress, say
+from rille.model.severity import SEVERITIES
 
 
 def check(
@@ -26,10 +28,7 @@ def check(
     from rille.recording.gate import gate
 
     chosen = chosen_recordings(store.recording_names(database), names, database)
-
-    def load(recording: str, channel: str, span: tuple[float, float] | None):
-        return store.read_recording(database, recording, channels=[channel], span=span).channel(channel)
-
+    load = partial(store.read_channel, database)
     recordings = [store.read_recording(database, name, samples=False) for name in chosen]
     groups: dict[tuple[str, str], list[int]] = {}
     for k, recording in enumerate(recordings):
@@ -53,7 +52,7 @@ def check(
         for finding in recording.findings:
             line = f"{finding.severity}: {finding.message}"
             seen[line] = seen.get(line, 0) + 1
-    for line, count in sorted(seen.items(), key=lambda item: ("error", "warning", "note").index(item[0].split(":")[0])):
+    for line, count in sorted(seen.items(), key=lambda item: SEVERITIES.index(item[0].split(":")[0])):
         print(line if len(recordings) == 1 else f"{line} [{count} of {len(recordings)} recordings]")
     errors = sum(line.startswith("error") for line in seen)
     warnings = sum(line.startswith("warning") for line in seen)

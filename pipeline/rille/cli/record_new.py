@@ -7,6 +7,7 @@ import typer
 
 from rille.cli.recording_names import chosen_recordings
 from rille.cli.talk import Json, print_json, say
+from rille.model.severity import SEVERITIES
 
 Database = Annotated[Path, typer.Argument(help="Database.")]
 
@@ -51,11 +52,11 @@ def list_recordings(database: Database, as_json: Json = False) -> None:
     from rille import store
     from rille.model.recording import Recording
 
-    rows = []
-    for name in store.recording_names(database):
+    rows, names = [], store.recording_names(database)
+    for name in names:
         recording: Recording = store.read_recording(database, name, samples=False)
         clocks = store.recording_clocks(database, name)
-        counts = {severity: sum(f.severity == severity for f in recording.findings) for severity in ("error", "warning", "note")}
+        counts = {severity: sum(f.severity == severity for f in recording.findings) for severity in SEVERITIES}
         rows.append(
             {
                 "name": name,
@@ -71,7 +72,7 @@ def list_recordings(database: Database, as_json: Json = False) -> None:
     if as_json:
         print_json({"database": str(database), "recordings": rows})
         return
-    cut = [name for name in store.recording_names(database, unfinished=True) if name not in store.recording_names(database)]
+    cut = [name for name in store.recording_names(database, unfinished=True) if name not in names]
     if cut:
         say(f"interrupted while it was imported (import again to go on, or remove): {', '.join(cut[:5])}")
     if not rows and not cut:

@@ -11,9 +11,9 @@ from rille.diagnosis.noise_floor import difference_noise, noise_of, quantisation
 from rille.diagnosis.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.start_fit import Samples, StartFit, fit_starts, residuals
 from rille.diagnosis.start_states import Starts, start_states
-from rille.diagnosis.windows import STATE_QUANTITIES, Cut, cut, picked
+from rille.diagnosis.windows import Cut, cut, picked
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
-from rille.model.recording import Channel, Recording
+from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
 
 Array = NDArray[np.float64]
 Noise = Mapping[str, tuple[float, str]]
@@ -57,7 +57,7 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     observed = with_steady_quaternions(recording.with_role("observed"))
     unfit = {channel.name: why_unfit(channel, recording) for channel in observed}
     noise = {c.name: known[c.name] if known and c.name in known else noise_of(c) for c in observed}
-    shows = [c for c in observed if not unfit[c.name] and c.quantity in STATE_QUANTITIES and noise[c.name][0] > 0]
+    shows = [c for c in observed if not unfit[c.name] and c.quantity in MOTION_QUANTITIES and noise[c.name][0] > 0]
     parts = cut(recording, shows, window, simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
     fitted = _with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
@@ -81,7 +81,7 @@ def _with_a_say(simulator: Any, channels: Sequence[Channel], noise: Noise, start
     the model nearly explains from the smoothed starts: in most windows within ``EXPLAINED`` times their noise. What it does not explain
     must not move starts, nor what else is seen there.
     """
-    others = [c for c in channels if c.quantity not in STATE_QUANTITIES]
+    others = [c for c in channels if c.quantity not in MOTION_QUANTITIES]
     samples = [_samples(c, noise[c.name][0], parts) for c in others]
     answers = simulator.predict(starts.states[None], parts.stops, others, [(s.window, s.time) for s in samples]) if others else []
     explained = set()
@@ -91,7 +91,7 @@ def _with_a_say(simulator: Any, channels: Sequence[Channel], noise: Noise, start
         size = np.sqrt(np.bincount(s.window, np.nan_to_num(left) ** 2)[count > 0] / count[count > 0])
         if len(size) and np.median(size) < EXPLAINED:
             explained.add(s.channel.name)
-    return [c for c in channels if c.quantity in STATE_QUANTITIES or c.name in explained]
+    return [c for c in channels if c.quantity in MOTION_QUANTITIES or c.name in explained]
 
 
 def why_unfit(channel: Channel, recording: Recording) -> str:

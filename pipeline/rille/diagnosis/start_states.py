@@ -8,18 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.diagnosis.kinematic_smoother import LocalMotion, Series, smooth
-from rille.diagnosis.state_coordinates import (
-    N_ROOT,
-    Coordinate,
-    angle_axes,
-    angles,
-    conjugate,
-    coordinates_of,
-    exponential,
-    from_angles,
-    logarithm,
-    product,
-)
+from rille.diagnosis.state_coordinates import N_ROOT, Coordinate, coordinates_of
+from rille.model.quaternion import angle_axes, angles, conjugate, exponential, from_angles, logarithm, product
 from rille.model.recording import ANGLES, Channel
 
 Array = NDArray[np.float64]

@@ -7,18 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import InputRefused
-from rille.model.recording import Channel, Recording
+from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
 
 Array = NDArray[np.float64]
-# What shows a state by itself, without a model.
-STATE_QUANTITIES = (
-    "joint.position",
-    "joint.velocity",
-    "part.position",
-    "part.orientation",
-    "part.linear_velocity",
-    "part.angular_velocity",
-)
 ROUNDED = 1e-6  # [s] of stamps
 GAP = 0.25  # of a window: a longer stretch without any sample of the state ends the window before it
 
@@ -43,11 +34,11 @@ def cut(recording: Recording, channels: Sequence[Channel], window: float | None,
     ------
     InputRefused : if nothing that shows the state was recorded, or the window is shorter than four steps.
     """
-    times = [c.time[np.isfinite(c.value)] - c.delay for c in channels if c.quantity in STATE_QUANTITIES]
+    times = [c.time[np.isfinite(c.value)] - c.delay for c in channels if c.quantity in MOTION_QUANTITIES]
     all_times = np.unique(np.concatenate(times)) if times else np.empty(0)
     if len(all_times) < 8:
         raise InputRefused(
-            f"recording '{recording.name}' has {len(all_times)} samples that show a state ({', '.join(STATE_QUANTITIES[:3])} ...), "
+            f"recording '{recording.name}' has {len(all_times)} samples that show a state ({', '.join(MOTION_QUANTITIES[:3])} ...), "
             "too few to start a replay from; give such a channel the role observed"
         )
     if window is not None and not window >= 4 * step:
@@ -87,7 +78,7 @@ def picked(channel: Channel, starts: Array, stops: Array) -> tuple[NDArray[np.in
     over the step that ends there: at the very start of a window they belong to the window before.
     """
     instant = channel.time - channel.delay
-    state = channel.quantity in STATE_QUANTITIES
+    state = channel.quantity in MOTION_QUANTITIES
     window = (np.searchsorted(starts, instant, side="right") if state else np.searchsorted(starts, instant - ROUNDED, side="left")) - 1
     inside = (window >= 0) & np.isfinite(channel.value)
     inside &= instant <= stops[np.maximum(window, 0)] + (1e-9 if state else ROUNDED)

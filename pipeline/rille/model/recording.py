@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.errors import InputRefused, nearest_names
+from rille.model.severity import Severity
 
 Array = NDArray[np.float64]
 Role = Literal["observed", "command", "ignore"]
 Frame = Literal["world", "body"]
-Severity = Literal["error", "warning", "note"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +52,15 @@ QUANTITIES = {
         Quantity(name="motor.voltage", units=("V",), target="drive"),
     )
 }
+# What is a state at an instant; all other quantities are made by a step, and are its means.
+MOTION_QUANTITIES = (
+    "joint.position",
+    "joint.velocity",
+    "part.position",
+    "part.orientation",
+    "part.linear_velocity",
+    "part.angular_velocity",
+)
 ANGLES = ("roll", "pitch", "yaw")  # [rad] intrinsic z-y-x angles of an orientation (REP-103): R = Rz(yaw) Ry(pitch) Rx(roll)
 
 

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model.recording import ANGLES, Channel
+from rille.model.quaternion import angle_of, into_body, unit
+from rille.model.recording import ANGLES, MOTION_QUANTITIES, Channel
 
 Array = NDArray[np.float64]
 SolverChannel = tuple[str, str, int]
 ROUNDED = 1e-2  # [steps] by which a stamp may be late for the end of a step and still mean it
 AXIS = {"x": 0, "y": 1, "z": 2}
 TURN = {"w": 0, "x": 1, "y": 2, "z": 3}
-SMOOTH = ("joint.position", "part.position", "part.orientation")  # of one more order between steps
-LINEAR = ("joint.velocity", "part.linear_velocity", "part.angular_velocity")  # all others belong to a whole step
+SMOOTH = ("joint.position", "part.position", "part.orientation")  # of one more order between steps than velocities
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,11 +39,11 @@ class Observer:
         channel = self.channels[number]
         columns = [between(steps[:, :, c], row, at, self.needs[c][0]) for c in self.columns[number]]
         if channel.quantity == "part.orientation":
-            turn = _unit(np.stack(columns, axis=-1))
+            turn = unit(np.stack(columns, axis=-1))
             return angle_of(turn, channel.component) if channel.component in ANGLES else turn[:, TURN[channel.component]]
         if len(columns) == 1:
             return columns[0]
-        turn, vector = _unit(np.stack(columns[:4], axis=-1)), np.stack(columns[4:], axis=-1)
+        turn, vector = unit(np.stack(columns[:4], axis=-1)), np.stack(columns[4:], axis=-1)
         return into_body(turn, vector)[:, AXIS[channel.component]]
 
 
@@ -92,11 +92,11 @@ def between(series: Array, row: NDArray[np.int64], at: Array, quantity: str) -> 
     accelerations are means over a step: that of the step which contains the instant.
     """
     last = series.shape[1] - 1
-    if quantity not in (*SMOOTH, *LINEAR):
+    if quantity not in MOTION_QUANTITIES:
         return series[row, np.clip(np.ceil(at - ROUNDED).astype(np.int64), min(1, last), last)]
     left = np.clip(np.floor(at).astype(np.int64), 0, max(last - 1, 0))
     part = at - left
-    if quantity in LINEAR or last < 3:
+    if quantity not in SMOOTH or last < 3:
         return (1 - part) * series[row, left] + part * series[row, np.minimum(left + 1, last)]
     first = np.clip(left - 1, 0, last - 3)
     x = at - first
@@ -107,25 +107,3 @@ def between(series: Array, row: NDArray[np.int64], at: Array, quantity: str) -> 
         - x * (x - 1) * (x - 3) / 2 * values[2]
         + x * (x - 1) * (x - 2) / 6 * values[3]
     )
-
-
-def _unit(quaternion: Array) -> Array:
-    """Quaternions (m, 4) w x y z of length 1."""
-    return quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
-
-
-def angle_of(quaternion: Array, component: str) -> Array:
-    """Roll, pitch or yaw [rad] of unit quaternions (..., 4) w x y z: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
-    if component == "roll":
-        return np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    if component == "pitch":
-        return np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
-    return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-
-
-def into_body(quaternion: Array, vector: Array) -> Array:
-    """Vectors (m, 3) of W in the axes of the body: R^T v."""
-    w, axis = quaternion[:, :1], -quaternion[:, 1:]
-    across = 2 * np.cross(axis, vector)
-    return vector + w * across + np.cross(axis, across)

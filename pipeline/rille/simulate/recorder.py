@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Rover, Scenario
-from rille.model.recording import ANGLES
-from rille.simulate.observe import angle_of, into_body
+from rille.model.quaternion import angle_of, into_body
+from rille.model.recording import ANGLES, MOTION_QUANTITIES
 
 Array = NDArray[np.float64]
 Column = tuple[str, str, int]  # quantity, target, component, as the solver counts them
@@ -135,7 +135,7 @@ def _columns(want: Wanted) -> list[Column]:
 
 def _read(want: Wanted, place: Mapping[Column, int], rows: Array, position: Array) -> Array:
     """Values (n, components) at positions between the rows (counted in steps, from the first row)."""
-    held = want.quantity in ("joint.effort", "part.linear_acceleration") or want.quantity.startswith(("wheel.", "motor."))
+    held = want.quantity not in MOTION_QUANTITIES
     position = np.where(np.abs(position - np.round(position)) < ON_STEP, np.round(position), position)
     below = np.clip((np.ceil(position) if held else np.floor(position)).astype(int), 0, len(rows) - 1)
     above = below if held else np.minimum(below + 1, len(rows) - 1)

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from rille.model import InputRefused
 from rille.model.comparison import Regimes
+from rille.model.quaternion import angle_of
 from rille.model.recording import Channel, Recording
-from rille.simulate.observe import angle_of, observer, steady
+from rille.simulate.observe import observer, steady
 from rille.simulate.replay_commands import drive_commands
 
 Array = NDArray[np.float64]
@@ -63,8 +64,10 @@ class Replayer:
         self._driven = self._bare.copy()
         for drive, (time, value) in self._commands.items():
             self._driven.set_commands(drive, time, value)
-        for channel in recording.with_role("observed"):
+        observed = recording.with_role("observed")
+        for channel in observed:
             self._require_known(channel, recording.name)
+        self._solver.Simulation(self._bare).sample(1, 1, list(observer(observed).needs))  # refuses what it does not have
 
     def _require_known(self, channel: Channel, recording: str) -> None:
         if channel.quantity in ("joint.position", "joint.velocity", "joint.effort") and channel.target not in self._placer.joint_names:
@@ -73,7 +76,6 @@ class Replayer:
             self._refuse(channel, recording, "part", self._placer.body_names)
         if channel.quantity.startswith("wheel.") and channel.target not in self._placer.wheel_names:
             self._refuse(channel, recording, "wheel", self._placer.wheel_names)
-        self._solver.Simulation(self._bare).sample(1, 1, list(observer([channel]).needs))  # refuses what it does not have
 
     @staticmethod
     def _refuse(channel: Channel, recording: str, kind: str, known: Sequence[str]) -> None:
@@ -106,8 +108,8 @@ class Replayer:
         """The model with the commands of that time only: a list of hours need not be read again for every window."""
         model = self._bare.copy()
         for drive, (time, value) in self._commands.items():
-            first = max(0, int(np.searchsorted(time, start + self.step, side="right")) - 1)
-            first = max(0, first - 1)
+            # Of those up to the end of the first step the last two: one may act within that step, the other holds at its beginning.
+            first = max(0, int(np.searchsorted(time, start + self.step, side="right")) - 2)
             last = int(np.searchsorted(time, stop + self.step, side="right"))
             model.set_commands(drive, np.ascontiguousarray(time[first:last]), np.ascontiguousarray(value[first:last]))
         return model

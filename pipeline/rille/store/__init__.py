@@ -7,6 +7,7 @@ from rille.store.health import check, info, units
 from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.recordings import (
     RecordingWriter,
+    read_channel,
     read_recording,
     recording_clocks,
     recording_names,
@@ -37,6 +38,7 @@ __all__ = [
     "list_runs",
     "migrate",
     "part_library",
+    "read_channel",
     "read_effects",
     "read_reactions",
     "read_recording",

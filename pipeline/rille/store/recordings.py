@@ -302,6 +302,11 @@ def read_recording(
         )
 
 
+def read_channel(path: Path, recording: str, channel: str, span: tuple[float, float] | None = None) -> Channel:
+    """One channel of a recording with its samples, or those within ``span`` [s]. Raises as ``read_recording``."""
+    return read_recording(path, recording, channels=[channel], span=span).channel(channel)
+
+
 def _times(
     connection: sqlite3.Connection, clock_id: int, span: tuple[float, float] | None
 ) -> tuple[Array, NDArray[np.bool_] | None, list[int]]:

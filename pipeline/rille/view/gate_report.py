@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import Channel, GateFinding, Recording
+from rille.model.severity import SEVERITIES
 from rille.view.page import Cell, Column, Html, Page, Section, Tone, badge, figure, packed, table, write_page
 from rille.view.thinning import thinned
 
@@ -15,7 +16,6 @@ Array = NDArray[np.float64]
 Load = Callable[[str, str, tuple[float, float] | None], Channel]  # recording, channel, span [s] -> channel with samples
 
 TONES: Mapping[str, Tone] = {"error": "bad", "warning": "notice", "note": "quiet"}
-RANK = ("error", "warning", "note")
 PICTURES = 40  # in one page
 POINTS = 3000  # of one curve
 MARGIN = 1.0  # part of an interval that is shown before and after it
@@ -70,8 +70,8 @@ def write_gate_report(path: Path, recordings: Sequence[Recording], *, source: st
     InputRefused : if the file cannot be written.
     """
     rows = _merged(recordings)
-    counts = {severity: sum(row.finding.severity == severity for row in rows) for severity in RANK}
-    worst = next((severity for severity in RANK if counts[severity]), None)
+    counts = {severity: sum(row.finding.severity == severity for row in rows) for severity in SEVERITIES}
+    worst = next((severity for severity in SEVERITIES if counts[severity]), None)
     return write_page(
         path,
         Page(
@@ -107,7 +107,7 @@ def _merged(recordings: Sequence[Recording]) -> list[_Row]:
             key = (finding.code, finding.severity, f"{finding.channel}/{finding.detail.get('first')}/{finding.detail.get('side')}")
             found.setdefault(key, (finding, []))[1].append(k)
     rows = [_Row(finding=finding, recordings=tuple(of)) for finding, of in found.values()]
-    return sorted(rows, key=lambda row: RANK.index(row.finding.severity))
+    return sorted(rows, key=lambda row: SEVERITIES.index(row.finding.severity))
 
 
 def _sections(rows: Sequence[_Row], recordings: Sequence[Recording], load: Load | None) -> list[Section]:
@@ -120,7 +120,7 @@ def _sections(rows: Sequence[_Row], recordings: Sequence[Recording], load: Load 
     )
     lines = [
         (
-            Cell(text=row.finding.severity, value=float(RANK.index(row.finding.severity)), tone=TONES[row.finding.severity]),
+            Cell(text=row.finding.severity, value=float(SEVERITIES.index(row.finding.severity)), tone=TONES[row.finding.severity]),
             Cell(text=row.finding.code, hint=MEANING.get(row.finding.code, "")),
             row.finding.channel,
             Cell(text=str(len(row.recordings)), value=float(len(row.recordings))),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rille.cad.checks.body_shape import body_shapes
-from rille.cad.checks.finding import CODES, Finding, Severity
+from rille.cad.checks.finding import CODES, Finding
 from rille.cad.checks.interference import InterferenceReport, find_interference
 from rille.cad.checks.joints import check_couplings, check_drives, check_joints, check_loops, check_wheels
 from rille.cad.checks.linkage import Linkage, Mobility
@@ -15,6 +15,7 @@ from rille.cad.checks.ranges import check_ranges, describe
 from rille.cad.checks.structure import check_contact, check_references, check_tree
 from rille.cad.checks.twins import check_twins
 from rille.model import Rover
+from rille.model.severity import Severity
 
 __all__ = ["CODES", "CheckReport", "Finding", "Severity", "check", "describe", "examine"]
 

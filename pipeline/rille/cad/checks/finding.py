@@ -1,9 +1,8 @@
 """What a check says, and the table of all codes."""
 
 from dataclasses import dataclass
-from typing import Literal
 
-Severity = Literal["error", "warning", "note"]
+from rille.model.severity import Severity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

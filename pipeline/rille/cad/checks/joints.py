@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.checks.body_shape import BodyShape
-from rille.cad.checks.finding import Finding, Severity
+from rille.cad.checks.finding import Finding
 from rille.cad.checks.linkage import FREEDOM, Linkage
 from rille.model import Joint, Rover, Wheel
+from rille.model.severity import Severity
 
 Array = NDArray[np.float64]
 

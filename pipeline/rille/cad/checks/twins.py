@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.checks.body_shape import BodyShape, Surface
-from rille.cad.checks.finding import Finding, Severity
+from rille.cad.checks.finding import Finding
 from rille.model import Body, Joint, Rover, Wheel
+from rille.model.severity import Severity
 
 Array = NDArray[np.float64]
 

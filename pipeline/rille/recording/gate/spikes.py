@@ -3,17 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model.recording import Channel, GateFinding
+from rille.model.recording import MOTION_QUANTITIES, Channel, GateFinding
 
 Array = NDArray[np.float64]
-LOOKED_AT = (
-    "joint.position",
-    "joint.velocity",
-    "part.position",
-    "part.orientation",
-    "part.linear_velocity",
-    "part.angular_velocity",
-)
 HEIGHT = 20.0  # times what the channel usually changes by from sample to sample
 SHORTEST = 100  # samples, fewer tell nothing of what is usual
 FEW = 10  # largest differences, besides one in five hundred, that do not count as usual: they may be the needles' own
@@ -27,7 +19,7 @@ def check_spikes(channel: Channel, resolution: float | None) -> list[GateFinding
     out), ``resolution`` [unit] and the least difference. What does not come back to half of its height is a step and no needle. A full turn
     of an angle and the common sign of a quaternion are no differences.
     """
-    if channel.role != "observed" or channel.quantity not in LOOKED_AT:
+    if channel.role != "observed" or channel.quantity not in MOTION_QUANTITIES:
         return []
     good = np.isfinite(channel.value)
     time, value = channel.time[good], channel.value[good]

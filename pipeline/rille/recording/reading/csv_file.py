@@ -63,7 +63,7 @@ def csv_form(path: Path) -> CsvForm:
         tuple(cell.strip() for cell in row) for row in csv.reader(io.StringIO("\n".join(lines[first:])), delimiter=delimiter) if row
     )
     columns = tuple(name or f"column {k + 1}" for k, name in enumerate(rows[0]))
-    if all(_is_number(name) for name in rows[0]):
+    if all(is_number(name) for name in rows[0]):
         raise InputRefused(
             f"'{path}' has no header: line {first + 1} holds numbers ({', '.join(rows[0][:3])}); write the columns' names above it"
         )
@@ -80,7 +80,8 @@ def _decoded(head: bytes) -> tuple[str, str]:
     return head.decode("latin-1"), "latin-1"
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a cell is a number, with a decimal point."""
     try:
         float(text)
     except ValueError:
@@ -169,6 +170,6 @@ class CsvSource:
                     return f"line {line} of '{self.path}' has {len(row)} fields, the header has {len(self.columns)}; is the file complete?"
                 for name, place in places.items() if row else ():
                     cell = row[place].strip().replace(self.form.decimal, ".")
-                    if cell not in NO_NUMBER and not _is_number(cell) and not DATE.match(cell):
+                    if cell not in NO_NUMBER and not is_number(cell) and not DATE.match(cell):
                         return f"line {line}, column '{name}' of '{self.path}' is '{row[place].strip()}', which is no number"
         return f"'{self.path}' cannot be read as CSV: {error}"

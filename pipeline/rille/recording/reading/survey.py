@@ -10,7 +10,7 @@ from rille.model.errors import InputRefused
 from rille.model.recording import Array
 from rille.recording.reading import ROW, Wanted, format_of, open_source
 from rille.recording.reading.address import number_fields
-from rille.recording.reading.csv_file import DATE, NO_NUMBER, CsvSource
+from rille.recording.reading.csv_file import DATE, NO_NUMBER, CsvSource, is_number
 from rille.recording.reading.messages import MessageSource
 from rille.recording.reading.parquet_file import ParquetSource
 
@@ -102,16 +102,8 @@ def _csv_kinds(source: CsvSource) -> dict[str, str]:
         elif cells and DATE.match(cells[0]):
             kinds[name] = "date"
         else:
-            kinds[name] = "number" if all(_number(cell.replace(form.decimal, ".")) for cell in cells) else "text"
+            kinds[name] = "number" if all(is_number(cell.replace(form.decimal, ".")) for cell in cells) else "text"
     return kinds
-
-
-def _number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _parquet_kinds(source: ParquetSource) -> dict[str, str]:
