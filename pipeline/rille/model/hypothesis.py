@@ -1,0 +1,80 @@
+"""What may be wrong: a physical effect that the model lacks, a number that it has wrong, a sensor that lies. Values only."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+Cause = Literal["effect", "parameter", "sensor"]
+Search = Literal["local", "scale", "phase", "order", "place", "time"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreeNumber:
+    """A number that a hypothesis leaves open.
+
+    amplitude : the hypothesis changes nothing where all amplitudes are ``absent`` (0 of an effect, the model's value of a parameter).
+    lower, upper : bounds. start : first guess. spread : 1 sigma of what is usual, and the size of a trial change. All in ``unit``.
+    search : how it is looked for if it is no amplitude; ``local`` from ``start``, ``scale`` over decades (or octaves) about it, ``phase``
+    around the circle, ``order`` over whole numbers, ``place`` over where the machine was, ``time`` over when it was.
+    """
+
+    name: str
+    unit: str
+    amplitude: bool
+    lower: float
+    upper: float
+    start: float
+    spread: float
+    absent: float = 0.0
+    search: Search = "local"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hypothesis:
+    """One thing that may be wrong.
+
+    cause : ``effect`` of the catalogue, ``parameter`` of the model, or ``sensor`` fault. kind : name of the effect or fault, or what the
+    parameter is ("cohesion", "mass", "track_width"). target : name of what it acts on ('*': all of its kind; of a sensor fault the name
+    of the recorded channel). target_kind : wheel, joint, body, terrain, world, soil, drive, channel, machine.
+    free : numbers that are left open. fixed : others of the effect, SI. moves : of a parameter, (free number, parameter of the solver,
+    factor): the solver's parameter becomes its value in the model + factor (number - absent).
+    memory : what it does now depends on what was before the window (ruts, sloshing): windows must be run one after the other.
+    passive : it can only take energy out.
+    """
+
+    cause: Cause
+    kind: str
+    target: str
+    target_kind: str
+    free: tuple[FreeNumber, ...]
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    moves: tuple[tuple[str, str, float], ...] = ()
+    memory: bool = False
+    passive: bool = False
+
+    @property
+    def title(self) -> str:
+        """In words: "coulomb_friction of hub_fl"."""
+        return self.kind if self.target == "" else f"{self.kind} of {'all' if self.target == '*' else self.target}"
+
+    def at(self, values: Mapping[str, float] | None = None) -> "Term":
+        """The hypothesis with these numbers; others at their first guess, amplitudes absent."""
+        given = values or {}
+        return Term(hypothesis=self, values=tuple(float(given.get(n.name, n.absent if n.amplitude else n.start)) for n in self.free))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Term:
+    """A hypothesis with numbers: ``values`` in the order of ``hypothesis.free``."""
+
+    hypothesis: Hypothesis
+    values: tuple[float, ...]
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All numbers by name, the fixed ones too."""
+        return dict(self.hypothesis.fixed) | {n.name: v for n, v in zip(self.hypothesis.free, self.values, strict=True)}
+
+
+Setting = tuple[Term, ...]
+"""What is assumed together, on top of the base model and the recording as it is; () is the base model."""
