@@ -19,6 +19,7 @@ TABLES = ("body_state", "joint_state", "wheel_state", "sensor_sample", "joint_re
 VALUES = {
     "soil_change": {"stiffness_change": -0.5, "radius": 50.0},
     "tether_pull": {"stiffness": 100.0, "length": 0.1, "anchor_x": -2.0},
+    "joint_pulse": {"torque": 1.0, "start": 0.5, "duration": 0.2},
     "external_pulse": {"force_y": 10.0, "start": 0.5, "duration": 0.2},
     "expression": {
         "gain": 1.0,

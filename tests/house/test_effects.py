@@ -21,3 +21,4 @@ def test_every_law_has_an_amplitude_and_a_source():
         for p in kind.parameters:
             assert p.lower <= p.typical <= p.upper, (kind.name, p.name)
             assert not p.amplitude or p.lower <= 0 <= p.upper, (kind.name, p.name)
+            assert not p.amplitude or p.search == "local", (kind.name, p.name)

@@ -149,6 +149,48 @@ def test_what_a_version_4_database_holds_is_kept(tmp_path):
     assert kept.channel("u").value.tolist() == [-2.0]
 
 
+OLD_FINDINGS = """
+INSERT INTO body (id, name, mass, com_x, com_y, com_z, ixx, iyy, izz, mass_provenance, inertia_provenance)
+VALUES (1, 'rod', 1.2, 0, 0, -0.5, 0.1, 0.1, 0.0001, 'stated', 'stated');
+INSERT INTO joint (id, name, kind, parent_body_id, child_body_id, x, y, z, axis_x, axis_y, axis_z)
+VALUES (1, 'hinge', 'hinge', NULL, 1, 0, 0, 0, 0, 1, 0);
+INSERT INTO effect_kind (id, name, family, target, passive, channel, equation, meaning, source)
+VALUES (70, 'coulomb_friction', 'drive', 'joint', 1, 'c', 'e', 'm', 's'), (71, 'motor_lag', 'drive', 'joint', 1, 'c', 'e', 'm', 's');
+INSERT INTO effect_parameter VALUES (70, 'torque', 'N m', 1, 0, 1000, 0.5, 0.5, 'size');
+INSERT INTO effect (id, effect_kind_id, target, parameters) VALUES (5, 71, 'hinge', '{"time_constant": 0.1}'), (6, 70, '*', '{"torque": 2}');
+INSERT INTO recording (id, name) VALUES (3, 'drive');
+INSERT INTO finding (id, recording_id, verdict, target, detail)
+VALUES (1, 3, 'coulomb_friction', 'hinge', '{}'), (2, NULL, 'nothing_missing', '', '[1]'), (4, 3, 'mass', '', '{}');
+"""
+
+
+def test_what_a_version_5_database_holds_is_kept(tmp_path):
+    """Effects still refer to their laws, which know of memory and search now; findings have names."""
+    path = tmp_path / "old.db"
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript((Path(__file__).parent / "created_v5.sql").read_text())
+        connection.executescript((Path(store.database.schema_folder()) / "views.sql").read_text())
+        connection.executescript(OLD_FINDINGS)
+    assert store.migrate(path) == (5, store.schema_version())
+    assert [(e.kind, e.target, dict(e.parameters)) for e in store.read_effects(path)] == [
+        ("motor_lag", "hinge", {"time_constant": 0.1}),
+        ("coulomb_friction", "*", {"torque": 2}),
+    ]
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("PRAGMA foreign_key_check").fetchall() == []
+        assert connection.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
+        rows = connection.execute("SELECT memory, needs FROM effect_kind WHERE id IN (70, 71) ORDER BY id").fetchall()
+        assert rows == [(0, ""), (1, "drive")]
+            (0, ""),
+            (1, "drive"),
+        ]
+        assert connection.execute("SELECT name, verdict, target, recordings, detail FROM finding ORDER BY id").fetchall() == [
+            ("diagnosis-1", "named", "coulomb_friction of hinge", '["drive"]', "{}"),
+            ("diagnosis-2", "nothing_missing", "", "[]", "[1]"),
+            ("diagnosis-4", "named", "mass", '["drive"]', "{}"),
+        ]
+
+
 def test_the_newest_version_is_frozen_too():
     assert FROZEN[-1].stem == f"created_v{store.schema_version()}"
     assert [int(f.stem.removeprefix("created_v")) for f in FROZEN] == list(range(1, store.schema_version() + 1))

@@ -60,8 +60,8 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     shows = [c for c in observed if not unfit[c.name] and c.quantity in MOTION_QUANTITIES and noise[c.name][0] > 0]
     parts = cut(recording, shows, window, simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
-    fitted = _with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
-    samples = [_samples(c, noise[c.name][0], parts) for c in fitted]
+    fitted = with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
+    samples = [samples_of(c, noise[c.name][0], parts) for c in fitted]
     fit = fit_starts(simulator, starts, parts.stops, samples, on_progress)
     channels, unreached = _compared(simulator, observed, fitted, unfit, noise, fit, parts)
     return Comparison(
@@ -71,18 +71,18 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
         mode="windows" if window is not None else "whole",
         channels=channels,
         windows=_windows(simulator, fit, parts, unreached),
-        regimes=_compared_regimes(simulator.regimes(fit.states, parts.stops), parts),
+        regimes=within(simulator.regimes(fit.states, parts.stops), parts.starts),
         notes=_notes(starts, fit),
     )
 
 
-def _with_a_say(simulator: Any, channels: Sequence[Channel], noise: Noise, starts: Starts, parts: Cut) -> list[Channel]:
+def with_a_say(simulator: Any, channels: Sequence[Channel], noise: Noise, starts: Starts, parts: Cut) -> list[Channel]:
     """Channels that take part in the fit of starts: all that show the state, and of the others (efforts, loads, accelerations) those that
     the model nearly explains from the smoothed starts: in most windows within ``EXPLAINED`` times their noise. What it does not explain
     must not move starts, nor what else is seen there.
     """
     others = [c for c in channels if c.quantity not in MOTION_QUANTITIES]
-    samples = [_samples(c, noise[c.name][0], parts) for c in others]
+    samples = [samples_of(c, noise[c.name][0], parts) for c in others]
     answers = simulator.predict(starts.states[None], parts.stops, others, [(s.window, s.time) for s in samples]) if others else []
     explained = set()
     for s, answer in zip(samples, answers, strict=True):
@@ -102,15 +102,16 @@ def why_unfit(channel: Channel, recording: Recording) -> str:
     return "" if np.isfinite(channel.value).sum() >= 8 else "it has fewer than 8 samples"
 
 
-def _compared_regimes(regimes: Regimes, parts: Cut) -> Regimes:
-    """Without the run-up."""
-    here = regimes.time > parts.starts[regimes.window] - 1e-9
+def within(regimes: Regimes, starts: Array) -> Regimes:
+    """Without the run-up: from ``starts`` (n_windows,) [s] on."""
+    here = regimes.time > starts[regimes.window] - 1e-9
     return Regimes(
         time=regimes.time[here], window=regimes.window[here], values={name: value[here] for name, value in regimes.values.items()}
     )
 
 
-def _samples(channel: Channel, noise: float, parts: Cut) -> Samples:
+def samples_of(channel: Channel, noise: float, parts: Cut) -> Samples:
+    """Samples of a channel that lie in windows."""
     places, window = picked(channel, parts.starts, parts.stops)
     bare = replace(channel, time=np.empty(0), value=np.empty(0))
     return Samples(channel=bare, window=window, time=channel.time[places] - channel.delay, value=channel.value[places], noise=noise)
@@ -126,7 +127,7 @@ def _compared(
     parts: Cut,
 ) -> tuple[tuple[ComparedChannel, ...], list[int]]:
     """Every observed channel beside what the fitted starts give for it, and the windows whose run ended before their last sample."""
-    samples = [_samples(c, max(noise[c.name][0], 1e-300), parts) for c in observed]
+    samples = [samples_of(c, max(noise[c.name][0], 1e-300), parts) for c in observed]
     predicted = simulator.predict(fit.states[None], parts.stops, [s.channel for s in samples], [(s.window, s.time) for s in samples])
     gains = {channel.name: gain for channel, gain in zip(shows, fit.gain, strict=True)}
     found, unreached = [], set()

@@ -26,15 +26,24 @@ class Evidence(Protocol):
     start_gain (N, d) : D, the derivative of the residual by the standardised start (and other nuisances) of its own window.
     """
 
-    channels: tuple[Channel, ...]
-    channel: Whole
-    window: Whole
-    time: Array
-    sigma: Array
-    run: Whole
-    starts: Array
-    stops: Array
-    start_gain: Array
+    @property
+    def channels(self) -> tuple[Channel, ...]: ...
+    @property
+    def channel(self) -> Whole: ...
+    @property
+    def window(self) -> Whole: ...
+    @property
+    def time(self) -> Array: ...
+    @property
+    def sigma(self) -> Array: ...
+    @property
+    def run(self) -> Whole: ...
+    @property
+    def starts(self) -> Array: ...
+    @property
+    def stops(self) -> Array: ...
+    @property
+    def start_gain(self) -> Array: ...
 
     def residuals(self, settings: Sequence[Setting]) -> Array:
         """(k, N) standardised residuals (measured - simulated)/sigma of each setting, carried back linearly to the smoothed start:

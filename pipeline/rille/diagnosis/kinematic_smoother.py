@@ -49,14 +49,17 @@ class LocalMotion:
     placed: bool
 
 
-def smooth(instants: Array, series: Sequence[Series], *, widest: float) -> LocalMotion:
-    """Motion at ``instants`` (m,) [s] from ``series``; no fit reaches farther than ``widest`` [s] to either side."""
+def smooth(instants: Array, series: Sequence[Series], *, widest: float, widths: Array | None = None) -> LocalMotion:
+    """Motion at ``instants`` (m,) [s] from ``series``; no fit reaches farther than ``widest`` [s] to either side.
+
+    widths : (m,) [s] half-widths to use, 0: leave that instant out. None: the rule finds them.
+    """
     series = [_clean(s) for s in series]
     placed = any(s.order == 0 for s in series)
     value, covariance = np.zeros((len(instants), 3)), np.zeros((len(instants), 3, 3))
     width, seen = np.zeros(len(instants)), np.zeros(len(instants), dtype=bool)
     for k, instant in enumerate(instants):
-        found = _at(instant, series, placed, widest)
+        found = _at(instant, series, placed, widest) if widths is None else _with_width(instant, series, placed, float(widths[k]))
         if found is not None:
             value[k], covariance[k], width[k] = found
             seen[k] = True
@@ -70,14 +73,7 @@ def _clean(series: Series) -> Series:
 
 def _at(instant: float, series: Sequence[Series], placed: bool, widest: float) -> tuple[Array, Array, float] | None:
     """Value (3,), covariance (3, 3) and half-width of the fit at one instant; None without enough samples."""
-    offsets, rows, values = [], [], []
-    for s in series:
-        first, last = np.searchsorted(s.time, (instant - widest, instant + widest))
-        x = s.time[first:last] - instant
-        offsets.append(x)
-        columns = [np.ones_like(x), x, x**2 / 2, x**3 / 6] if s.order == 0 else [np.zeros_like(x), np.ones_like(x), x, x**2 / 2]
-        rows.append(np.stack(columns, axis=1) / s.noise)
-        values.append(s.value[first:last] / s.noise)
+    offsets, rows, values = _near(instant, series, widest)
     x, basis, y = np.abs(np.concatenate(offsets)), np.concatenate(rows), np.concatenate(values)
     first_column = 0 if placed else 1
     order = np.argsort(x, kind="stable")
@@ -103,6 +99,32 @@ def _at(instant: float, series: Sequence[Series], placed: bool, widest: float) -
             break
         half_width = max(half_width * GROWTH, float(x[min(count, len(x) - 1)]))
     return best
+
+
+def _near(instant: float, series: Sequence[Series], widest: float) -> tuple[list[Array], list[Array], list[Array]]:
+    """Of each series, samples about the instant: their distances [s], rows of the fit (n, 4) and values, both divided by the noise."""
+    offsets, rows, values = [], [], []
+    for s in series:
+        first, last = np.searchsorted(s.time, (instant - widest, instant + widest))
+        x = s.time[first:last] - instant
+        offsets.append(x)
+        columns = [np.ones_like(x), x, x**2 / 2, x**3 / 6] if s.order == 0 else [np.zeros_like(x), np.ones_like(x), x, x**2 / 2]
+        rows.append(np.stack(columns, axis=1) / s.noise)
+        values.append(s.value[first:last] / s.noise)
+    return offsets, rows, values
+
+
+def _with_width(instant: float, series: Sequence[Series], placed: bool, half_width: float) -> tuple[Array, Array, float] | None:
+    """As ``_at`` with a half-width that is given."""
+    if half_width <= 0:
+        return None
+    _, rows, values = _near(instant, series, half_width * (1 + 1e-9))
+    basis, y = np.concatenate(rows), np.concatenate(values)
+    if len(y) < LEAST:
+        return None
+    first_column = 0 if placed else 1
+    fit = _fit(basis[:, first_column:], y, half_width, first_column)
+    return None if fit is None else (*fit, half_width)
 
 
 def _surrounded(offsets: Array, widest: float) -> bool:

@@ -40,14 +40,17 @@ ENDED = 10.0  # [sigma] counted for a sample that the run did not reach
 class StartFit:
     """states : (n_windows, n) fitted. shift : (n_windows,) root mean square of z over directions that the recording shows. gain : of each
     channel (m,) [unit] standard deviation that the uncertainty of the start gives to a sample. unfit : windows that
-    no start near the recorded one fits. directions : how many were fitted.
+    no start near the recorded one fits. standard : (n_windows, n_coordinates, 2) z. columns : (coordinate, order) of the directions that
+    were fitted. slopes : of each channel (n_directions, m) derivatives of what is simulated by z [sigma].
     """
 
     states: Array
     shift: Array
     gain: list[Array]
     unfit: NDArray[np.int64]
-    directions: int
+    standard: Array
+    columns: tuple[tuple[int, int], ...]
+    slopes: list[Array]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,13 +124,25 @@ def fit_starts(
     stops: Array,
     samples: Sequence[Samples],
     on_progress: Callable[[int, int, str], None] | None = None,
+    *,
+    say: Sequence[bool] | None = None,
+    far: float = 1.0,
 ) -> StartFit:
-    """Fitted start states; ``samples`` are those of channels that show the state."""
+    """Fitted start states.
+
+    Parameters
+    ----------
+    say : of each channel of ``samples``, whether it takes part in the fit; the others get their derivatives only. None: all do.
+    far : share of the windows; if more than that are not fitted near their smoothed starts, none is tried far from it: then the model is
+        what is wrong.
+    """
     problem = _Problem(simulator, starts, stops, samples)
     directions = _visible(problem, len(starts.coordinates))
-    descent = _Descent(problem, directions)
+    descent = _Descent(problem, directions, say)
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
-    descent.extend(descent.unfit(), on_progress)
+    unfit = descent.unfit()
+    if len(unfit) <= far * problem.n_windows:
+        descent.extend(unfit, on_progress)
     unfit = descent.unfit()
     if len(unfit):
         descent.temper(unfit)
@@ -136,7 +151,13 @@ def fit_starts(
     counted = np.maximum(starts.seen.sum(axis=1) * 2, 1)
     shift = np.sqrt((standard**2 * starts.seen[:, :, None]).sum(axis=(1, 2)) / counted)
     return StartFit(
-        states=problem.states(standard[None])[0], shift=shift, gain=descent.gains(), unfit=unfit, directions=len(directions.columns)
+        states=problem.states(standard[None])[0],
+        shift=shift,
+        gain=descent.gains(),
+        unfit=unfit,
+        standard=standard,
+        columns=directions.columns,
+        slopes=descent.jacobian,
     )
 
 
@@ -203,8 +224,9 @@ def _visible(problem: _Problem, n_coordinates: int) -> _Directions:
 class _Descent:
     """Gauss-Newton of all windows side by side. ``share`` (n_windows,): weight of a window's samples."""
 
-    def __init__(self, problem: _Problem, directions: _Directions) -> None:
+    def __init__(self, problem: _Problem, directions: _Directions, say: Sequence[bool] | None) -> None:
         self.problem, self.directions, self.columns = problem, directions, directions.columns
+        self.say = [1.0 if heard else 0.0 for heard in (say if say is not None else [True] * len(problem.samples))]
         n_windows = problem.n_windows
         self.standard = np.zeros((n_windows, len(problem.starts.coordinates), 2))
         self.where = [np.searchsorted(s.window, np.arange(n_windows + 1)) for s in problem.samples]
@@ -246,7 +268,7 @@ class _Descent:
         """Chi-squared per sample (n_windows,) of those within the horizon, and how many they are."""
         chi2, count = np.zeros(len(self.share)), np.zeros(len(self.share))
         for number, (block, edges) in enumerate(zip(self.left, self.where, strict=True)):
-            near = self.problem.near(number)
+            near = self.problem.near(number) & (self.say[number] > 0)
             chi2 += np.diff(np.r_[0.0, np.cumsum(np.where(near, np.minimum(block**2, ENDED**2 * 1e4), 0.0))][edges])
             count += np.diff(np.r_[0, np.cumsum(near)][edges])
         return chi2 / np.maximum(count, 1), np.maximum(count, 1)
@@ -305,7 +327,9 @@ class _Descent:
     def _costs(self, left: list[Array], standard: Array) -> Array:
         """Cost (n_windows,) as minimised."""
         cost = np.zeros(len(self.share))
-        for block, edges in zip(left, self.where, strict=True):
+        for block, edges, heard in zip(left, self.where, self.say, strict=True):
+            if not heard:
+                continue
             size = np.abs(np.nan_to_num(block))
             each = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
             cost += np.diff(np.r_[0.0, np.cumsum(each)][edges])
@@ -314,10 +338,14 @@ class _Descent:
     def _rows(self, blocks: list[Array], window: int) -> Array:
         return np.concatenate([b[..., e[window] : e[window + 1]] for b, e in zip(blocks, self.where, strict=True)], axis=-1)
 
+    def _heard(self, window: int) -> Array:
+        """(m,) 1 for samples of channels that take part."""
+        return np.concatenate([np.full(e[window + 1] - e[window], heard) for heard, e in zip(self.say, self.where, strict=True)])
+
     def _step(self, window: int, damping: float) -> tuple[Array, float]:
         """Next z of one window (n_coordinates, 2), and the decrease of the cost that its linear model promises."""
         slope, rest = self._rows(self.jacobian, window), self._rows(self.left, window)
-        weight = self.share[window] * _weights(rest)
+        weight = self.share[window] * _weights(rest) * self._heard(window)
         now = np.array([self.standard[window][c] for c in self.columns])
         normal = (slope * weight) @ slope.T + np.eye(len(self.columns))
         gradient = (slope * weight) @ rest - now
@@ -332,7 +360,7 @@ class _Descent:
         gains = [np.zeros(len(s.time)) for s in self.problem.samples]
         for window in range(self.problem.n_windows if self.columns else 0):
             slope, rest = self._rows(self.jacobian, window), self._rows(self.left, window)
-            covariance = np.linalg.inv((slope * self.share[window] * _weights(rest)) @ slope.T + np.eye(len(slope)))
+            covariance = np.linalg.inv((slope * self.share[window] * _weights(rest) * self._heard(window)) @ slope.T + np.eye(len(slope)))
             for gain, block, edges, s in zip(gains, self.jacobian, self.where, self.problem.samples, strict=True):
                 here = slice(edges[window], edges[window + 1])
                 gain[here] = s.noise * np.sqrt(np.maximum(np.einsum("km,kl,lm->m", block[:, here], covariance, block[:, here]), 0))

@@ -27,6 +27,8 @@ class Starts:
     states : (n_windows, n). coordinates : what they can be moved along. factor : (n_windows, n_coordinates, 2, 2) lower triangular square
     root of the covariance of value and rate. seen : (n_windows, n_coordinates) whether the recording shows it. axes : (n_windows, 3, 3)
     columns: axes of W about which the three turns act. ended : of each window, why the simulation that leads to it ended early.
+    kept : (n_windows, n_coordinates) where what the simulation says was left although it is recorded. widths : of each coordinate
+    (n_windows,) half-widths [s] of the smoother, 0 where nothing is seen.
     """
 
     states: Array
@@ -35,6 +37,8 @@ class Starts:
     seen: NDArray[np.bool_]
     axes: Array
     ended: tuple[str, ...]
+    kept: NDArray[np.bool_]
+    widths: tuple[Array, ...]
 
     def change(self, standard: Array) -> Array:
         """Changes (..., n_coordinates, 2) along the axes of W for ``standard`` (..., n_windows, n_coordinates, 2) standard deviations."""
@@ -67,18 +71,9 @@ def start_states(
     """
     coordinates = coordinates_of(simulator.root, simulator.joints, simulator.ratios)
     n_windows = len(times)
-    motions: list[LocalMotion | None] = []
     turns = _Turns(simulator.root, channels)
-    for k, coordinate in enumerate(coordinates):
-        series = [] if coordinate.kind == "turn" else series_of(coordinate, channels, simulator.root, simulator.joints)
-        motions.append(smooth(times, series, widest=widest) if series else None)
-        if on_progress:
-            on_progress(k + 1, len(coordinates), "smoothing")
-    rotation = turns.smooth(times, widest)
-    first_turn = next((k for k, c in enumerate(coordinates) if c.kind == "turn"), -1)
-    for axis in range(3):
-        if first_turn >= 0:
-            motions[first_turn + axis] = rotation[axis]
+    motions = _motions(simulator, turns, coordinates, channels, times, widest, on_progress=on_progress)
+    rotation = [m for m, c in zip(motions, coordinates, strict=True) if c.kind == "turn"] or [None] * 3
 
     seen = np.zeros((n_windows, len(coordinates)), dtype=bool)
     factor = np.zeros((n_windows, len(coordinates), 2, 2))
@@ -98,7 +93,63 @@ def start_states(
     placer = _Placer(simulator, coordinates, motions, turns, rotation)
     states, axes, ended, kept = _carry_on(simulator, placer, times, bool(seen.all()) and not simulator.has_ground, on_progress)
     factor[kept] *= KEPT_SHARE
-    return Starts(states=states, coordinates=coordinates, factor=factor, seen=seen, axes=axes, ended=ended)
+    return Starts(
+        states=states,
+        coordinates=coordinates,
+        factor=factor,
+        seen=seen,
+        axes=axes,
+        ended=ended,
+        kept=kept,
+        widths=tuple(np.where(m.seen, m.width, 0.0) if m is not None else np.zeros(n_windows) for m in motions),
+    )
+
+
+def smoothed_values(
+    simulator: Any, starts: Starts, channels: Sequence[tuple[Channel, float]], widest: float, touched: Sequence[str]
+) -> Array:
+    """(n_windows, n_coordinates, 2) value and rate of the coordinates that channels show, at the instants of the starts and with the
+    smoother's widths as they were; 0 for coordinates that none of the channels named in ``touched`` shows, or that are not seen.
+
+    The difference of two of them, of the channels as they were and changed, is what a change of the recording does to the start.
+    """
+    times, found = starts.states[:, 0], np.zeros((len(starts.states), len(starts.coordinates), 2))
+    some = [(c, noise) for c, noise in channels if c.name in touched]
+    turned = any(c.target == simulator.root and c.quantity in ("part.orientation", "part.angular_velocity") for c, _ in some)
+    wanted = [turned if c.kind == "turn" else bool(series_of(c, some, simulator.root, simulator.joints)) for c in starts.coordinates]
+    turns = _Turns(simulator.root, channels)
+    motions = _motions(simulator, turns, starts.coordinates, channels, times, widest, wanted=wanted, widths=starts.widths)
+    for k, motion in enumerate(motions):
+        if motion is not None:
+            found[:, k] = np.where(motion.seen[:, None], motion.value[:, :2], 0.0)
+    return found
+
+
+def _motions(
+    simulator: Any,
+    turns: "_Turns",
+    coordinates: Sequence[Coordinate],
+    channels: Sequence[tuple[Channel, float]],
+    times: Array,
+    widest: float,
+    *,
+    wanted: Sequence[bool] | None = None,
+    widths: Sequence[Array] | None = None,
+    on_progress: Callable[[int, int, str], None] | None = None,
+) -> list[LocalMotion | None]:
+    """Motion of every coordinate as the channels show it; None where they do not, or it is not ``wanted``. widths : as in ``smooth``."""
+    found: list[LocalMotion | None] = []
+    for k, coordinate in enumerate(coordinates):
+        series = [] if coordinate.kind == "turn" else series_of(coordinate, channels, simulator.root, simulator.joints)
+        skipped = not series or (wanted is not None and not wanted[k])
+        found.append(None if skipped else smooth(times, series, widest=widest, widths=None if widths is None else widths[k]))
+        if on_progress:
+            on_progress(k + 1, len(coordinates), "smoothing")
+    places = [k for k, c in enumerate(coordinates) if c.kind == "turn" and (wanted is None or wanted[k])]
+    if places:
+        for k, motion in zip(places, turns.smooth(times, widest, None if widths is None else [widths[k] for k in places]), strict=True):
+            found[k] = motion
+    return found
 
 
 def _carry_on(
@@ -221,17 +272,18 @@ class _Turns:
         self._angles = {} if self._quaternion else {k: shown[k] for k in ANGLES if k in shown}
         self._reference = np.empty((0, 4))
 
-    def smooth(self, times: Array, widest: float) -> list[LocalMotion | None]:
-        """Motion about three axes: those of W from a reference near each instant, or roll, pitch and yaw."""
+    def smooth(self, times: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion | None]:
+        """Motion about three axes: those of W from a reference near each instant, or roll, pitch and yaw. widths : as in ``smooth``."""
         if self._quaternion:
-            return self._smooth_quaternion(times, widest)
+            return self._smooth_quaternion(times, widest, widths)
         found: list[LocalMotion | None] = []
         for angle, axis in zip(ANGLES, "xyz", strict=True):
             series = [self._unwrapped(*self._angles[angle])] if angle in self._angles else []
             near = angle == "yaw" or not self._angles  # the rate about z is that of the yaw where the machine stands upright
             if axis in self._rates and near:
                 series.append(as_series(*self._rates[axis], 1))
-            found.append(smooth(times, series, widest=widest) if series else None)
+            fixed = None if widths is None else widths["xyz".index(axis)]
+            found.append(smooth(times, series, widest=widest, widths=fixed) if series else None)
         return found
 
     @staticmethod
@@ -239,7 +291,7 @@ class _Turns:
         seen = np.isfinite(channel.value)
         return Series(order=0, time=channel.time[seen] - channel.delay, value=np.unwrap(channel.value[seen]), noise=noise)
 
-    def _smooth_quaternion(self, times: Array, widest: float) -> list[LocalMotion | None]:
+    def _smooth_quaternion(self, times: Array, widest: float, widths: Sequence[Array] | None) -> list[LocalMotion | None]:
         channels = [c for c, _ in self._quaternion]
         time = channels[0].time - channels[0].delay
         turn = np.stack([c.value for c in channels], axis=1)
@@ -256,7 +308,8 @@ class _Turns:
                 series = [Series(order=0, time=time[first:last], value=away[:, axis], noise=noise)]
                 if "xyz"[axis] in self._rates:
                     series.append(as_series(*self._rates["xyz"[axis]], 1))
-                parts[axis].append(smooth(times[k : k + 1], series, widest=widest))
+                fixed = None if widths is None else widths[axis][k : k + 1]
+                parts[axis].append(smooth(times[k : k + 1], series, widest=widest, widths=fixed))
         return [
             LocalMotion(
                 value=np.concatenate([m.value for m in motions]),

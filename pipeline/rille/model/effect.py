@@ -9,6 +9,8 @@ class EffectParameter:
     """A number of a law. amplitude : the effect vanishes where all such parameters are 0.
 
     lower, upper : bounds; typical : usual value, and default of what is no amplitude; spread : 1 sigma around it; all in ``unit``.
+    search : how diagnosis looks for what is no amplitude: ``local`` from its usual value, ``scale`` over decades about it, ``phase`` around
+    the circle, ``order`` over whole numbers, ``place`` over where the machine was, ``time`` over when it was, ``fixed``: it stays.
     """
 
     name: str
@@ -19,12 +21,15 @@ class EffectParameter:
     typical: float
     spread: float
     meaning: str
+    search: str = "local"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectKind:
     """A law of the catalogue. target : wheel, joint, body, sensor, terrain, world or any. passive : can only take energy out.
 
+    memory : it has a state that motion does not tell (a rut, a lag): what it does depends on what was before.
+    needs : what must be there for it to act: ``drive`` at the joint, ``grousers`` on the wheel, ``soft_ground``, ``gravity`` or ''.
     channel : quantities that can reveal it. equation, meaning, source : in words.
     """
 
@@ -37,6 +42,8 @@ class EffectKind:
     meaning: str
     source: str
     parameters: tuple[EffectParameter, ...]
+    memory: bool = False
+    needs: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

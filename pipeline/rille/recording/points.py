@@ -25,6 +25,8 @@ class BenchSheet(Sheet):
     soil : name in the database or the library. soil_values : the soil's numbers, all of them or, with ``soil``, those that differ.
     law : bekker, bekker_wong or reece. gravity : moon, mars, earth or a number. speed : of the carriage.
     load, slip_ratio, slip_angle : where one value was the same for all points and there is no channel of it.
+    load_error : 1 sigma of the load relative to it, where it is not known well ("10 %").
+    unknown_zero : columns of observed channels whose zero is not known (sinkage from some mark).
     slip_speed : the speed over ground that the recorded slip ratio means: along the wheel's heading, or along the carriage's travel.
     """
 
@@ -42,6 +44,8 @@ class BenchSheet(Sheet):
     slip_ratio: Number | None = None
     slip_angle: Number | None = None
     slip_speed: Literal["heading", "travel"] = "heading"
+    load_error: Number | None = None
+    unknown_zero: list[str] | None = None
 
 
 def bench_setup(table: Mapping[str, object], what: str) -> dict[str, object]:
@@ -62,6 +66,13 @@ def bench_setup(table: Mapping[str, object], what: str) -> dict[str, object]:
         value = getattr(sheet, name)
         if value is not None:
             setup[name] = to_si(value, "dimensionless" if unit == "1" else unit, f"{name} in [bench] of {what}")
+    if sheet.load_error is not None:
+        error = to_si(sheet.load_error, "dimensionless", f"load_error in [bench] of {what}")
+        if not 0 < error < 1:
+            raise InputRefused(f"load_error in [bench] of {what} is {error:g}; it is a share of the load, above 0 and below 1")
+        setup["load_error"] = error
+    if sheet.unknown_zero:
+        setup["unknown_zero"] = list(sheet.unknown_zero)
     if "load" in setup:
         _positive(setup["load"], "load", "N", what)  # pyright: ignore[reportArgumentType]
     return setup

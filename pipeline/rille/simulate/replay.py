@@ -2,22 +2,22 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import InputRefused
+from rille.model import Effect, InputRefused
 from rille.model.comparison import Regimes
+from rille.model.machine import Machine
 from rille.model.quaternion import angle_of
 from rille.model.recording import Channel, Recording
-from rille.simulate.observe import observer, steady
+from rille.simulate.machine_facts import add_effect, machine_facts
+from rille.simulate.observe import observer
+from rille.simulate.prediction import Picks, batches, predicted
 from rille.simulate.replay_commands import drive_commands
 
 Array = NDArray[np.float64]
-MOST_NUMBERS = 20_000_000  # numbers that one batch of windows may hold at once: 160 MB
-
-
-Picks = Sequence[tuple[NDArray[np.int64], Array]]  # of each channel: window (m,) and time [s] (m,) of its samples
 
 
 class Replayer:
@@ -34,21 +34,70 @@ class Replayer:
         from rille import _solver  # pyright: ignore[reportAttributeAccessIssue]
 
         self._solver = _solver
-        self._model = _solver.Model(str(path), scenario, step)
-        self._bare = self._driven = self._model
-        self._commands: Mapping[str, tuple[Array, Array]] = {}
         self._threads = threads
-        self._placer = _solver.Simulation(self._model)
         self.path = Path(path)
         self.scenario = scenario or ""
-        self.step: float = self._model.step
-        self.root: str = self._model.root
+        self._commands: Mapping[str, tuple[Array, Array]] = {}
+        model = _solver.Model(str(path), scenario, step)
+        self._take(model, model, model)
+
+    def _take(self, model: Any, bare: Any, driven: Any) -> None:
+        """model : as in the database. bare : without commands of drives that a recording commands; driven : with the recording's."""
+        self._model, self._bare, self._driven = model, bare, driven
+        self._placer = self._solver.Simulation(bare)
+        self.step: float = model.step
+        self.root: str = model.root
         self.joints: tuple[str, ...] = tuple(self._placer.state_joints)
-        self.ratios: tuple[tuple[str, str, float], ...] = tuple(self._model.ratios)
-        self.drives: tuple[tuple[str, str, str], ...] = tuple(self._model.drives)
-        self.wheel_joints: tuple[tuple[str, str], ...] = tuple(self._model.wheel_joints)
-        self.on_terrain: bool = self._model.placed_on_terrain
-        self.has_ground: bool = self._model.has_ground and bool(self.root)
+        self.ratios: tuple[tuple[str, str, float], ...] = tuple(model.ratios)
+        self.drives: tuple[tuple[str, str, str], ...] = tuple(model.drives)
+        self.wheel_joints: tuple[tuple[str, str], ...] = tuple(model.wheel_joints)
+        self.on_terrain: bool = model.placed_on_terrain
+        self.has_ground: bool = model.has_ground and bool(self.root)
+        self.has_memory: bool = model.has_memory
+        self._late: float = model.command_delay
+
+    def changed(
+        self,
+        effects: Sequence[Effect] = (),
+        parameters: Mapping[str, float] | None = None,
+        step: float | None = None,
+        integrator: str | None = None,
+    ) -> "Replayer":
+        """The same model with more effects, other numbers or another integration, driven by the same recording.
+
+        Parameters
+        ----------
+        effects : on top of the model's own. parameters : new values by name, see ``machine().parameters``. step : [s]. integrator :
+            ``auto``, ``semi_implicit_euler`` or ``rk4``. None: as it is.
+
+        Raises
+        ------
+        InputRefused : for what the model or the catalogue of its database does not have, values outside their bounds, and a model that
+            cannot be simulated.
+        """
+        made = object.__new__(Replayer)
+        made._solver, made._threads, made.path, made.scenario, made._commands = (
+            self._solver, self._threads, self.path, self.scenario, self._commands,
+        )  # fmt: skip
+        models: dict[int, Any] = {}
+        for model in (self._model, self._bare, self._driven):
+            if id(model) in models:
+                continue
+            models[id(model)] = changed = model.copy()
+            if step is not None:
+                changed.set_step(step)
+            if integrator is not None:
+                changed.set_integrator(integrator)
+            for effect in effects:
+                add_effect(changed, effect)
+            for name, value in (parameters or {}).items():
+                changed.set(name, float(value))
+        made._take(*(models[id(model)] for model in (self._model, self._bare, self._driven)))
+        return made
+
+    def machine(self) -> Machine:
+        """Facts of the model in its scenario, with the numbers that ``changed`` can set."""
+        return machine_facts(self._model)
 
     def drive_by(self, recording: Recording) -> None:
         """Take the commands of a recording; drives that it does not command keep those of the scenario.
@@ -109,7 +158,7 @@ class Replayer:
         model = self._bare.copy()
         for drive, (time, value) in self._commands.items():
             # Of those up to the end of the first step the last two: one may act within that step, the other holds at its beginning.
-            first = max(0, int(np.searchsorted(time, start + self.step, side="right")) - 2)
+            first = max(0, int(np.searchsorted(time, start - self._late + self.step, side="right")) - 2)
             last = int(np.searchsorted(time, stop + self.step, side="right"))
             model.set_commands(drive, np.ascontiguousarray(time[first:last]), np.ascontiguousarray(value[first:last]))
         return model
@@ -128,34 +177,52 @@ class Replayer:
 
         Parameters
         ----------
-        states : (k, n_windows, n) start states; their times are whole multiples of the step and the same for all k.
+        states : (k, n_windows, n) start states; their times are whole multiples of the step and the same for all k. Of a model that has a
+            memory they ascend: what is not motion goes on from window to window, in the run of the first of the k.
         stops : (n_windows,) [s]. picks : of each channel, window and time [s] of its samples, delays taken off; windows ascend.
 
         Returns
         -------
         Of each channel (k, m) [unit]; NaN after a run has ended.
         """
-        reader = observer(channels)
-        k = len(states)
-        starts = states[0, :, 0]
-        n_steps = np.maximum(1, np.ceil((stops - starts) / self.step - 1e-6).astype(np.int64))
-        answers = [np.full((k, len(time)), np.nan) for _, time in picks]
-        if not reader.needs:
-            return answers
-        for first, last in _batches(n_steps * (k * len(reader.needs))):
-            longest = int(n_steps[first:last].max())
-            flat = states[:, first:last].reshape(k * (last - first), -1)
-            steps = self._solver.windows(
-                [self._driven], self._motions(flat), longest, 1, list(reader.needs), threads=self._threads, from_start=True
-            )[0]
-            steps = steady(steps, reader.needs)
-            for number, (window, time) in enumerate(picks):
-                here = slice(int(np.searchsorted(window, first)), int(np.searchsorted(window, last)))
-                at = np.clip((time[here] - starts[window[here]]) / self.step, 0, longest)
-                for side in range(k):
-                    row = window[here] - first + side * (last - first)
-                    answers[number][side, here] = reader.read(number, steps, row, at)
-        return answers
+        return [values[0] for values in self._predicted([self], states, stops, channels, picks, carried=False)]
+
+    def predict_many(
+        self, others: Sequence["Replayer"], states: Array, stops: Array, channels: Sequence[Channel], picks: Picks, carried: bool = False
+    ) -> list[Array]:
+        """What the channels would have shown with several models, from the same start in every window.
+
+        Parameters
+        ----------
+        others : the models, of one step; as ``changed`` makes them. states : (n_windows, n). stops, picks : as of ``predict``.
+        carried : what is not motion goes on from window to window in all of them, not only in those that have a memory.
+
+        Returns
+        -------
+        Of each channel (n_models, m) [unit]; NaN after a run has ended.
+        """
+        return [values[:, 0] for values in self._predicted(others, states[None], stops, channels, picks, carried=carried)]
+
+    def _predicted(
+        self, models: Sequence["Replayer"], states: Array, stops: Array, channels: Sequence[Channel], picks: Picks, *, carried: bool
+    ) -> list[Array]:
+        k, n_windows, size = states.shape
+        if not models:
+            return [np.empty((0, k, len(time))) for _, time in picks]
+        steps = {model.step for model in models}
+        if len(steps) > 1:
+            raise ValueError(f"models that predict together need one step, not {sorted(steps)}")
+        flat = states.reshape(k * n_windows, size)
+        return predicted(
+            [model._driven for model in models],
+            [model._motions(flat).reshape(k, n_windows, -1) for model in models],
+            [carried or model.has_memory for model in models],
+            stops=stops,
+            channels=channels,
+            picks=picks,
+            step=steps.pop(),
+            threads=self._threads,
+        )
 
     def regimes(self, states: Array, stops: Array, interval: float = 0.05) -> Regimes:
         """Conditions along the windows that start from ``states`` (n_windows, n), about every ``interval`` [s]."""
@@ -174,7 +241,7 @@ class Replayer:
         every = max(1, round(min(interval, shortest / 4) / self.step))
         n_steps = np.maximum(every, np.round((stops - states[:, 0]) / self.step).astype(np.int64))
         rows, times, windows = [], [], []
-        for first, last in _batches(n_steps // every * len(needs)):
+        for first, last in batches(n_steps // every * len(needs)):
             longest = int(n_steps[first:last].max())
             steps = self._solver.windows([self._driven], self._motions(states[first:last]), longest, every, needs, threads=self._threads)[0]
             for window in range(first, last):
@@ -235,7 +302,7 @@ class Replayer:
         n = len(self.joints)
         applied, lacking = np.full((len(states), n), np.nan), np.full((len(states), n), np.nan)
         to_dof = self._joint_directions(states[0])
-        for first, last in _batches(np.full(len(states), n_steps * len(needs))):
+        for first, last in batches(np.full(len(states), n_steps * len(needs))):
             steps = self._solver.windows([self._driven], self._motions(states[first:last]), n_steps, 1, needs, threads=self._threads)[0]
             applied[first:last] = steps[:, :, n : 2 * n].mean(axis=1)
             half_way = states[first:last].copy()
@@ -261,15 +328,3 @@ class Replayer:
         size = self._placer.n_v
         motions = self._motions(rows)[:, -size:]
         return (motions[1:] - motions[0]).T
-
-
-def _batches(numbers: NDArray[np.int64]) -> Sequence[tuple[int, int]]:
-    """Stretches of consecutive windows that together hold at most ``MOST_NUMBERS``; a window alone may hold more."""
-    batches: list[tuple[int, int]] = []
-    first, held = 0, 0
-    for window, count in enumerate(numbers.tolist()):
-        if window > first and held + count > MOST_NUMBERS:
-            batches.append((first, window))
-            first, held = window, 0
-        held += count
-    return [*batches, (first, len(numbers))] if len(numbers) else batches

@@ -3,7 +3,9 @@
 from rille.store.bench import write_bench
 from rille.store.database import create, held_open, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
+from rille.store.findings import find_finding, read_findings, write_finding
 from rille.store.health import check, info, units
+from rille.store.improvement import improve, model_digest, parameter_values, planned_changes
 from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.recordings import (
     RecordingWriter,
@@ -31,15 +33,21 @@ __all__ = [
     "create",
     "effect_kinds",
     "find_effect_kind",
+    "find_finding",
     "find_part",
     "held_open",
+    "improve",
     "info",
     "list_parts",
     "list_runs",
     "migrate",
+    "model_digest",
+    "parameter_values",
     "part_library",
+    "planned_changes",
     "read_channel",
     "read_effects",
+    "read_findings",
     "read_reactions",
     "read_recording",
     "read_rover",
@@ -58,6 +66,7 @@ __all__ = [
     "update_terrain",
     "write_bench",
     "write_effects",
+    "write_finding",
     "write_findings",
     "write_recording",
     "write_rover",

@@ -22,12 +22,14 @@ def effect_kinds() -> tuple[EffectKind, ...]:
             connection.executescript((schema_folder() / name).read_text())
         parameters: dict[int, list[EffectParameter]] = {}
         for r in connection.execute("SELECT * FROM effect_parameter ORDER BY effect_kind_id, rowid"):
-            fields = ("name", "unit", "lower", "upper", "typical", "spread", "meaning")
+            fields = ("name", "unit", "lower", "upper", "typical", "spread", "meaning", "search")
             made = EffectParameter(amplitude=bool(r["amplitude"]), **{f: r[f] for f in fields})
             parameters.setdefault(r["effect_kind_id"], []).append(made)
-        fields = ("name", "family", "target", "channel", "equation", "meaning", "source")
+        fields = ("name", "family", "target", "needs", "channel", "equation", "meaning", "source")
         return tuple(
-            EffectKind(passive=bool(r["passive"]), parameters=tuple(parameters[r["id"]]), **{f: r[f] for f in fields})
+            EffectKind(
+                passive=bool(r["passive"]), memory=bool(r["memory"]), parameters=tuple(parameters[r["id"]]), **{f: r[f] for f in fields}
+            )
             for r in connection.execute("SELECT * FROM effect_kind ORDER BY id")
         )
 

@@ -38,13 +38,10 @@ def map_data(difference: Difference, comparisons: Sequence[Comparison], terrain:
     ``x``, ``y`` (P,) [m]; ``recording`` index and ``window`` (P,); ``scores``: "all" and each channel's index -> (P,) RMS of the normalised
     residuals between one place and the next; ``image``: the ground below, None without terrain. None if nothing moved.
     """
-    found = [_way(difference, comparison, PLACES // len(comparisons)) for comparison in comparisons]
-    ways = [(index, way) for index, way in enumerate(found) if way is not None]
+    ways = ways_of(difference, comparisons)
     if not ways:
         return None
     x, y = np.concatenate([way.x for _, way in ways]), np.concatenate([way.y for _, way in ways])
-    if max(np.ptp(x), np.ptp(y)) < LEAST_WAY:
-        return None
     scores = np.concatenate([way.scores for _, way in ways], axis=1)
     names = ["all", *map(str, range(len(difference.channels)))]
     return {
@@ -53,8 +50,18 @@ def map_data(difference: Difference, comparisons: Sequence[Comparison], terrain:
         "recording": np.concatenate([np.full(len(way.x), index) for index, way in ways]),
         "window": np.concatenate([way.window for _, way in ways]),
         "scores": {name: packed(row) for name, row in zip(names, scores, strict=True) if np.isfinite(row).any()},
-        "image": None if terrain is None else _ground(terrain, x, y),
+        "image": None if terrain is None else ground_image(terrain, x, y),
     }
+
+
+def ways_of(difference: Difference, comparisons: Sequence[Comparison]) -> list[tuple[int, Way]]:
+    """Index and places of every recording whose way is known; empty if nothing moved."""
+    found = [_way(difference, comparison, PLACES // len(comparisons)) for comparison in comparisons]
+    ways = [(index, way) for index, way in enumerate(found) if way is not None]
+    if not ways:
+        return []
+    reach = max(np.ptp(np.concatenate([getattr(way, axis) for _, way in ways])) for axis in "xy")
+    return ways if reach >= LEAST_WAY else []
 
 
 def _way(difference: Difference, comparison: Comparison, most: int) -> Way | None:
@@ -86,7 +93,7 @@ def _way(difference: Difference, comparison: Comparison, most: int) -> Way | Non
     return Way(x=regimes.values["x"][middle], y=regimes.values["y"][middle], window=regimes.window[middle], scores=scores)
 
 
-def _ground(terrain: Terrain, x: Array, y: Array) -> dict[str, object] | None:
+def ground_image(terrain: Terrain, x: Array, y: Array) -> dict[str, object] | None:
     """The ground below the way as a lit picture, with its place."""
     from PIL import Image
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -12,6 +13,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
 
 #include "effects/registry.hpp"
 #include "model/error.hpp"
@@ -20,9 +24,9 @@
 #include "physics/sinkage.hpp"
 #include "physics/slip.hpp"
 #include "simulate/bench.hpp"
-#include "simulate/parallel.hpp"
 #include "simulate/parameters.hpp"
 #include "simulate/simulation.hpp"
+#include "simulate/windows.hpp"
 #include "store/contract.hpp"
 #include "store/load.hpp"
 #include "world/ground.hpp"
@@ -74,30 +78,6 @@ std::vector<rille::EffectRow> effects_from(const nb::list& rows, const rille::Ro
   return effects;
 }
 
-// Time, pose of the root's principal frame, joint positions and velocities as one row.
-std::vector<double> motion_row(Simulation& simulation) {
-  const rille::MechanismState m = simulation.motion();
-  std::vector<double> row = {simulation.time(), m.base_position.x(), m.base_position.y(), m.base_position.z(),
-                             m.base_rotation.x(), m.base_rotation.y(), m.base_rotation.z(), m.base_rotation.w()};
-  row.insert(row.end(), m.joint_position.data(), m.joint_position.data() + m.joint_position.size());
-  row.insert(row.end(), m.velocity.data(), m.velocity.data() + m.velocity.size());
-  return row;
-}
-
-void start_from_row(Simulation& simulation, const double* row, std::size_t size) {
-  rille::MechanismState m = simulation.motion();
-  const auto n_q = static_cast<std::size_t>(m.joint_position.size()), n_v = static_cast<std::size_t>(m.velocity.size());
-  if (size != 8 + n_q + n_v)
-    throw rille::InputRefused(fmt::format("a motion has {} numbers; this model needs {}", size, 8 + n_q + n_v));
-  for (std::size_t k = 0; k < size; ++k)
-    if (!std::isfinite(row[k])) throw rille::InputRefused(fmt::format("number {} of a motion is not finite", k));
-  m.base_position = {row[1], row[2], row[3]};
-  m.base_rotation = Eigen::Quaterniond(row[7], row[4], row[5], row[6]);
-  std::copy(row + 8, row + 8 + n_q, m.joint_position.data());
-  std::copy(row + 8 + n_q, row + size, m.velocity.data());
-  simulation.start_at(row[0], m);
-}
-
 // A state as measured: time, pose of the root's body frame (position, quaternion w x y z), its velocity and angular velocity in W, then
 // positions and velocities of the joints of one freedom in their order.
 std::vector<int> single_joints(const Simulation& simulation) {
@@ -146,88 +126,54 @@ void place_at_row(Simulation& simulation, const double* row, std::size_t size) {
   mechanism.update_kinematics();
 }
 
-using Channels = std::vector<std::tuple<std::string, std::string, int>>;  // quantity, target, component
-
-std::vector<std::pair<rille::Quantity, int>> quantities(const rille::Rover& rover, const Channels& channels) {
-  std::vector<std::pair<rille::Quantity, int>> made;
-  for (const auto& [quantity, target, component] : channels) {
-    made.emplace_back(rille::Quantity(rover, quantity, target, false, "channel '" + quantity + "'"), component);
-    if (component < 0 || component >= made.back().first.size())
-      throw rille::InputRefused(fmt::format("channel {} of '{}' has no component {}", quantity, target, component));
-  }
-  return made;
-}
-
-// Values of the channels after every `every` steps; NaN once the run has ended. from_start: also those before the first step.
-void sample(Simulation& simulation, std::vector<std::pair<rille::Quantity, int>>& channels, long long n_steps, long long every, bool from_start,
-            double* out) {
-  simulation.read(channels, from_start ? out : nullptr);  // also where an accelerometer begins
-  if (from_start) out += channels.size();
-  rille::Outcome outcome = simulation.outcome();
-  for (long long k = 1; k <= n_steps; ++k) {
-    if (outcome == rille::Outcome::running) outcome = simulation.step(false);
-    if (k % every != 0) continue;
-    if (outcome == rille::Outcome::running) simulation.read(channels, out);
-    else std::fill(out, out + channels.size(), std::nan(""));
-    out += channels.size();
-  }
-}
-
-// Commands by drive, so that a short window need not carry those of hours.
-class CommandLog {
- public:
-  explicit CommandLog(const rille::Model& model) : by_drive_(model.rover.drives.size()), slack_(0.5 * model.scenario.step) {
-    for (const rille::Command& command : model.scenario.commands) by_drive_[static_cast<std::size_t>(command.drive)].push_back(command);
-  }
-
-  // What acts from `start` to `stop` [s]: of each drive the last command before, and those in between.
-  std::vector<rille::Command> between(double start, double stop) const {
-    std::vector<rille::Command> found;
-    const auto later = [](double time, const rille::Command& command) { return time < command.time; };
-    for (const auto& commands : by_drive_) {
-      auto first = std::upper_bound(commands.begin(), commands.end(), start + slack_, later);
-      if (first != commands.begin()) --first;
-      found.insert(found.end(), first, std::upper_bound(first, commands.end(), stop + slack_, later));
-    }
-    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
-    return found;
-  }
-
- private:
-  std::vector<std::vector<rille::Command>> by_drive_;
-  double slack_;  // [s] a command acts in the step nearest to its time
-};
-
-nb::ndarray<nb::numpy, double> windows(const std::vector<rille::Model*>& models, const nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>& motions,
-                                       long long n_steps, long long every, const Channels& channels, int threads, bool from_start) {
-  if (n_steps < 1 || every < 1) throw rille::InputRefused("windows need n_steps and every of at least 1");
-  const std::size_t n_windows = motions.shape(0), size = motions.shape(1);
-  const std::size_t n_samples = static_cast<std::size_t>(n_steps / every) + (from_start ? 1 : 0);
-  const std::size_t per_window = n_samples * channels.size(), n_tasks = models.size() * n_windows;
-  auto* kept = new std::vector<double>(n_tasks * per_window);
+// Numbers (a, b, c, d) that Python owns.
+nb::ndarray<nb::numpy, double> block(std::unique_ptr<std::vector<double>> values, std::initializer_list<std::size_t> shape) {
+  std::vector<double>* kept = values.release();
   nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
-  const double* rows = motions.data();
+  return nb::ndarray<nb::numpy, double>(kept->data(), shape.size(), shape.begin(), owner);
+}
+
+using Rows = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+
+// (windows, size) for all models, or (models, windows, size).
+nb::ndarray<nb::numpy, double> windows(const std::vector<rille::Model*>& models, const Rows& motions, long long n_steps, long long every,
+                                       const rille::ChannelNames& channels, int threads, bool from_start) {
+  if (n_steps < 1 || every < 1) throw rille::InputRefused("windows need n_steps and every of at least 1");
+  const bool own = motions.ndim() == 3;
+  if (motions.ndim() != 2 && (!own || motions.shape(0) != models.size()))
+    throw rille::InputRefused("windows need motions (windows, numbers), or (models, windows, numbers)");
+  const rille::Motions rows{.data = motions.data(), .models = own ? models.size() : 1, .windows = motions.shape(own ? 1 : 0), .size = motions.shape(own ? 2 : 1)};
+  const std::size_t n_samples = static_cast<std::size_t>(n_steps / every) + (from_start ? 1 : 0);
+  auto values = std::make_unique<std::vector<double>>(models.size() * rows.windows * n_samples * channels.size());
   {
     nb::gil_scoped_release release;
-    std::vector<CommandLog> logs;
-    std::vector<rille::Model> bare;
-    for (const rille::Model* model : models) {
-      logs.emplace_back(*model);
-      bare.push_back(*model);
-      bare.back().scenario.commands.clear();
-    }
-    rille::parallel_for(n_tasks, threads, [&](std::size_t task) {
-      // Each window starts from a simulation that was never stepped, so that its result does not depend on which thread ran what before.
-      rille::Model model = bare[task / n_windows];
-      const double* row = rows + (task % n_windows) * size;
-      if (size > 0) model.scenario.commands = logs[task / n_windows].between(row[0], row[0] + static_cast<double>(n_steps) * model.scenario.step);
-      Simulation simulation(std::move(model));
-      start_from_row(simulation, row, size);
-      auto read = quantities(simulation.model().rover, channels);
-      sample(simulation, read, n_steps, every, from_start, kept->data() + task * per_window);
-    });
+    rille::run_windows(models, rows, n_steps, every, channels, threads, from_start, values->data());
   }
-  return nb::ndarray<nb::numpy, double>(kept->data(), {models.size(), n_windows, n_samples, channels.size()}, owner);
+  return block(std::move(values), {models.size(), rows.windows, n_samples, channels.size()});
+}
+
+// (variants, windows, size) for all models, or (models, variants, windows, size).
+std::pair<nb::ndarray<nb::numpy, double>, std::vector<nb::bytes>> carried(const std::vector<rille::Model*>& models, const Rows& motions,
+                                                                          const std::vector<long long>& n_steps, const rille::ChannelNames& channels,
+                                                                          const std::vector<nb::bytes>& begin, double next_start, int threads) {
+  const bool own = motions.ndim() == 4;
+  if (motions.ndim() != 3 && (!own || motions.shape(0) != models.size()))
+    throw rille::InputRefused("carried windows need motions (variants, windows, numbers), or (models, variants, windows, numbers)");
+  const std::size_t first = own ? 1 : 0;
+  const rille::Motions rows{.data = motions.data(), .models = own ? models.size() : 1, .variants = motions.shape(first),
+                            .windows = motions.shape(first + 1), .size = motions.shape(first + 2)};
+  if (rows.variants < 1) throw rille::InputRefused("carried windows need at least one variant");
+  const std::size_t most = n_steps.empty() ? 0 : static_cast<std::size_t>(std::max(0LL, *std::max_element(n_steps.begin(), n_steps.end())));
+  rille::Hidden hidden;
+  for (const nb::bytes& state : begin) hidden.emplace_back(state.c_str(), state.size());
+  auto values = std::make_unique<std::vector<double>>(models.size() * rows.variants * rows.windows * (most + 1) * channels.size());
+  {
+    nb::gil_scoped_release release;
+    hidden = rille::run_carried(models, rows, n_steps, channels, hidden, next_start, threads, values->data());
+  }
+  std::vector<nb::bytes> end;
+  for (const std::string& state : hidden) end.emplace_back(state.data(), state.size());
+  return {block(std::move(values), {models.size(), rows.variants, rows.windows, most + 1, channels.size()}), std::move(end)};
 }
 
 // (joint a, joint b, ratio) of every differential and gear: q_b = ratio q_a.
@@ -242,14 +188,77 @@ std::vector<std::tuple<std::string, std::string, double>> ratios(const rille::Ro
   return found;
 }
 
+const char* word(rille::JointKind kind) {
+  switch (kind) {
+    case rille::JointKind::hinge: return "hinge";
+    case rille::JointKind::prismatic: return "prismatic";
+    case rille::JointKind::fixed: return "fixed";
+    case rille::JointKind::spherical: return "spherical";
+  }
+  return "";
+}
+
+const char* word(rille::Integrator integrator) {
+  switch (integrator) {
+    case rille::Integrator::automatic: return "auto";
+    case rille::Integrator::semi_implicit_euler: return "semi_implicit_euler";
+    case rille::Integrator::rk4: return "rk4";
+  }
+  return "";
+}
+
+const char* word(rille::DriveMode mode) {
+  return mode == rille::DriveMode::speed ? "speed" : mode == rille::DriveMode::torque ? "torque" : "position";
+}
+
 // (drive, joint, mode) of every drive.
 std::vector<std::tuple<std::string, std::string, std::string>> drives(const rille::Rover& rover) {
   std::vector<std::tuple<std::string, std::string, std::string>> found;
   for (const auto& drive : rover.drives) {
-    const char* mode = drive.mode == rille::DriveMode::speed ? "speed" : drive.mode == rille::DriveMode::torque ? "torque" : "position";
-    found.emplace_back(drive.name, rover.joints[static_cast<std::size_t>(drive.joint)].name, mode);
+    found.emplace_back(drive.name, rover.joints[static_cast<std::size_t>(drive.joint)].name, word(drive.mode));
   }
   return found;
+}
+
+nb::tuple triple(const Eigen::Vector3d& v) { return nb::make_tuple(v.x(), v.y(), v.z()); }
+
+// Lists of tuples, in the order of the fields of rille.model.machine.
+nb::dict facts(const rille::Model& model) {
+  const rille::Rover& rover = model.rover;
+  const auto body = [&](int index) { return index < 0 ? std::string() : rover.bodies[static_cast<std::size_t>(index)].name; };
+  const auto joint = [&](int index) { return rover.joints[static_cast<std::size_t>(index)].name; };
+  nb::list bodies, joints, drives, wheels, sensors, soils;
+  for (const auto& b : rover.bodies) bodies.append(nb::make_tuple(b.name, b.mass, triple(b.com), triple(b.frame)));
+  for (const auto& j : rover.joints) joints.append(nb::make_tuple(j.name, word(j.kind), body(j.parent), body(j.child), triple(j.point), triple(j.axis),
+                                 j.limit ? j.limit->lower : -std::numeric_limits<double>::infinity(),
+                                 j.limit ? j.limit->upper : std::numeric_limits<double>::infinity()));
+  for (const auto& d : rover.drives)
+    drives.append(nb::make_tuple(d.name, joint(d.joint), word(d.mode), d.max_torque, d.max_speed, d.speed_gain, d.torque_constant, d.resistance));
+  std::vector<bool> shown;
+  if (model.terrain) {
+    shown.assign(model.terrain->soils.size(), false);
+    shown[static_cast<std::size_t>(model.terrain->base_soil)] = true;
+    for (const auto& patch : model.terrain->patches) shown[static_cast<std::size_t>(patch.soil)] = true;
+    for (std::size_t s = 0; s < shown.size(); ++s)
+      if (shown[s]) soils.append(model.terrain->soil_names[s]);
+  }
+  for (std::size_t w = 0; w < rover.wheels.size(); ++w) {
+    const auto& wheel = rover.wheels[w];
+    bool soft = false;
+    for (std::size_t s = 0; s < shown.size(); ++s) soft = soft || (shown[s] && model.terrain->response[w][s] != rille::WheelSoilLaw::rigid);
+    wheels.append(nb::make_tuple(wheel.name, joint(wheel.joint), wheel.radius, wheel.width, wheel.grouser_count, wheel.grouser_height, soft));
+  }
+  for (const auto& s : rover.sensors) sensors.append(nb::make_tuple(s.name, s.quantity, s.target));
+  nb::dict all;
+  all["bodies"] = bodies;
+  all["joints"] = joints;
+  all["drives"] = drives;
+  all["wheels"] = wheels;
+  all["sensors"] = sensors;
+  all["soils"] = soils;
+  all["terrain"] = model.terrain ? model.terrain->name : std::string();
+  all["gravity"] = model.scenario.gravity.norm();
+  return all;
 }
 
 rille::Soil soil_from(const nb::dict& values) {
@@ -361,10 +370,18 @@ NB_MODULE(_solver, module) {
       "Returns (n, 8) sinkage [m], drawbar_pull, side_force [N], drive_torque [N m], normal_load [N], entry, peak and exit angle [rad]\n"
       "(angles: quasi_static only), and n words: done, not_carried, not_settled. See solver/src/simulate/bench.hpp.");
   module.def("windows", &windows, "models"_a, "motions"_a, "n_steps"_a, "every"_a, "channels"_a, "threads"_a = 0, "from_start"_a = false,
-             "Short simulations in batch, over threads. motions: (n_windows, 8 + n_q + n_v), rows of Simulation.motion(); channels: list of\n"
+             "Short simulations in batch, over threads. motions: (n_windows, 8 + n_q + n_v), rows of Simulation.motion(), or of each model\n"
+             "its own, (n_models, n_windows, 8 + n_q + n_v); channels: list of\n"
              "(quantity, target, component). Returns (n_models, n_windows, n_steps // every, n_channels), NaN after a run has ended;\n"
-             "from_start: one sample more, before the first step. Of the commands each window is given those of its own time.\n"
-             "The same numbers for any number of threads.");
+             "from_start: one sample more, before the first step. Of the commands each window is given those of its own time, and from so long\n"
+             "before as effects delay them. The same numbers for any number of threads.");
+  module.def("carried", &carried, "models"_a, "motions"_a, "n_steps"_a, "channels"_a, "begin"_a = std::vector<nb::bytes>(),
+             "next_start"_a = std::nan(""), "threads"_a = 0,
+             "Windows one after the other: what is not motion (ruts, integrals, lags, states of effects) goes on from the run of the first\n"
+             "variant as it was where the next window begins; only the motion is put there. motions: (k, n_windows, numbers) or of each model\n"
+             "its own, (n_models, k, n_windows, numbers), times ascending; n_steps: of each window. Returns (n_models, k, n_windows,\n"
+             "max(n_steps) + 1, n_channels), filled with NaN, and the hidden state of each model at the time next_start [s] of the window\n"
+             "that a further call goes on with (begin). The same numbers for any number of threads.");
 
   nb::class_<rille::Model>(module, "Model",
                            "A model in memory: read once, changed without reading again.\n\n"
@@ -385,6 +402,55 @@ NB_MODULE(_solver, module) {
              return all;
            },
            "Every parameter by name with its value [SI].")
+      .def("bounds",
+           [](rille::Model& m) {
+             nb::dict all;
+             for (const auto& parameter : rille::parameters(m))
+               all[parameter.name.c_str()] = nb::make_tuple(*parameter.place, parameter.lower, parameter.upper);
+             return all;
+           },
+           "Every parameter by name with its value, its smallest and its largest [SI].")
+      .def("add_effect",
+           [](rille::Model& m, const std::string& kind, const std::string& target, const std::map<std::string, double>& numbers,
+              const std::string& target_kind, const std::string& formula, const std::string& output,
+              const std::map<std::string, std::pair<double, std::string>>& constants) {
+             rille::EffectRow effect;
+             effect.kind = kind;
+             effect.target_name = target;
+             effect.parameters = numbers;
+             effect.formula = formula;
+             effect.output = output;
+             for (const auto& [name, constant] : constants) effect.constants[name] = {constant.first, constant.second};
+             rille::add_effect(m, std::move(effect), target_kind);
+           },
+           "kind"_a, "target"_a, "numbers"_a, "target_kind"_a = "", "formula"_a = "", "output"_a = "",
+           "constants"_a = std::map<std::string, std::pair<double, std::string>>(),
+           "Add an effect to those of the model; numbers that are not given are those of the catalogue. Raises rille.model.InputRefused.")
+      .def_prop_ro("effects", [](const rille::Model& m) {
+             nb::list all;
+             for (const auto& effect : m.effects) {
+               nb::dict constants;
+               for (const auto& [name, constant] : effect.constants) constants[name.c_str()] = nb::make_tuple(constant.value, constant.unit);
+               all.append(nb::make_tuple(effect.kind, effect.target_name, effect.parameters, effect.formula, effect.output, constants));
+             }
+             return all;
+           }, "(kind, target, {parameter: value}, formula, output, {constant: (value, unit)}) of every effect of the model.")
+      .def_prop_ro("has_memory", [](const rille::Model& m) { return rille::has_memory(m); },
+                   "Whether what the model does depends on what was before a motion: effects with a state, drives that integrate.")
+      .def_prop_ro("command_delay", [](const rille::Model& m) { return rille::longest_command_delay(m); },
+                   "Longest time [s] by which effects make a command reach its drive late.")
+      .def_prop_ro("facts", [](const rille::Model& m) { return facts(m); },
+                   "Names and numbers of bodies, joints, drives, wheels, sensors and ground, as rille.model.machine takes them.")
+      .def("set_step", [](rille::Model& m, double step) {
+             rille::require_step(step);
+             m.scenario.step = step;
+           }, "step"_a, "Set the time step [s]. Raises rille.model.InputRefused.")
+      .def("set_integrator", [](rille::Model& m, const std::string& name) {
+             const auto known = {rille::Integrator::automatic, rille::Integrator::semi_implicit_euler, rille::Integrator::rk4};
+             const auto found = std::find_if(known.begin(), known.end(), [&](rille::Integrator i) { return name == word(i); });
+             if (found == known.end()) throw rille::InputRefused(fmt::format("the integrator is '{}'; use auto, semi_implicit_euler or rk4", name));
+             m.scenario.integrator = *found;
+           }, "name"_a, "Set the integrator: auto, semi_implicit_euler or rk4. Raises rille.model.InputRefused.")
       .def("set_effects", [](rille::Model& m, const nb::list& rows) { m.effects = effects_from(rows, m.rover); }, "rows"_a,
            "Replace the effects: (kind, target kind, target, {parameter: value}); rille.simulate.effect_rows makes them.")
       .def("ground_height",
@@ -459,10 +525,11 @@ NB_MODULE(_solver, module) {
            "The complete state as bytes: a simulation of the same model that restores them goes on bit by bit as this one.")
       .def("restore", [](Simulation& s, const nb::bytes& state) { s.restore(std::string(state.c_str(), state.size())); }, "state"_a,
            "Take over a saved state. Raises rille.model.InputRefused for a state of another model.")
-      .def("motion", [](Simulation& s) { auto row = motion_row(s); const std::size_t n = row.size(); return array(std::move(row), 1, n); },
+      .def("motion", [](Simulation& s) { auto row = rille::motion_row(s); const std::size_t n = row.size(); return array(std::move(row), 1, n); },
            "Shape (1, 8 + n_q + n_v): time, root position and quaternion x y z w of its principal frame, joint positions, velocities.")
       .def("start_at", [](Simulation& s, const nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>& row) {
-             start_from_row(s, row.data(), row.shape(0));
+             const rille::MechanismState motion = rille::motion_from_row(s, row.data(), row.shape(0));
+             s.start_at(row(0), motion);
            }, "motion"_a, "Go on from a row of motion(), with everything that is not motion at rest.")
       .def("state", [](Simulation& s) { auto row = state_row(s); const std::size_t n = row.size(); return array(std::move(row), 1, n); },
            "Shape (1, 14 + 2 n): time, pose of the root's body frame (position [m], quaternion w x y z), its velocity [m/s] and angular\n"
@@ -475,7 +542,7 @@ NB_MODULE(_solver, module) {
              const std::size_t n = states.shape(0);
              for (std::size_t k = 0; k < n; ++k) {
                place_at_row(s, states.data() + k * states.shape(1), states.shape(1));
-               auto row = motion_row(s);
+               auto row = rille::motion_row(s);
                row[0] = states(k, 0);
                rows.insert(rows.end(), row.begin(), row.end());
              }
@@ -493,14 +560,14 @@ NB_MODULE(_solver, module) {
       .def("command", [](Simulation& s, const std::string& drive, double value) {
              s.command(rille::find_named(s.model().rover.drives, drive, "the command is for drive"), value);
            }, "drive"_a, "value"_a, "Give a drive a set value now [rad/s, rad or N m].")
-      .def("sample", [](Simulation& s, long long n_steps, long long every, const Channels& channels, bool from_start) {
+      .def("sample", [](Simulation& s, long long n_steps, long long every, const rille::ChannelNames& channels, bool from_start) {
              if (n_steps < 1 || every < 1) throw rille::InputRefused("sample needs n_steps and every of at least 1");
-             auto read = quantities(s.model().rover, channels);
+             auto read = rille::channel_readers(s.model().rover, channels);
              const std::size_t n_samples = static_cast<std::size_t>(n_steps / every) + (from_start ? 1 : 0);
              std::vector<double> values(n_samples * channels.size());
              {
                nb::gil_scoped_release release;
-               sample(s, read, n_steps, every, from_start, values.data());
+               rille::sample(s, read, n_steps, every, from_start, values.data());
              }
              return array(std::move(values), n_samples, channels.size());
            }, "n_steps"_a, "every"_a, "channels"_a, "from_start"_a = false,

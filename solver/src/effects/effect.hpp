@@ -44,6 +44,8 @@ class WheelEffect {
   virtual void advance(const WheelSite&, double /*h*/) {}  // once a step
   // Steady rolling at this site: what a bench sees after a long time, on the mean over a turn.
   virtual void settle(const WheelSite&) {}
+  // A run that starts in mid-motion at this site: memories as after steady rolling.
+  virtual void begin(const WheelSite& site) { settle(site); }
   virtual void visit(Archive&) {}
 };
 using WheelEffects = std::vector<std::unique_ptr<WheelEffect>>;
@@ -55,6 +57,7 @@ SoilReaction react_with(const WheelEffects& effects, WheelSoilLaw law, WheelSite
 
 struct JointMotion {
   double time = 0;          // [s]
+  double step = 0;          // [s] that its efforts act from then on
   double position = 0;      // [rad or m]
   double velocity = 0;      // [rad/s or m/s]
   double drive_effort = 0;  // [N m or N] of its drive in the last step
@@ -114,6 +117,7 @@ class BodyEffect {
   // After the step: velocity of the centre of mass is the new one.
   virtual void advance(const BodyMotion&, double /*h*/) {}
   virtual void start(const BodyMotion&) {}
+  virtual void carry(const Eigen::Vector3d& /*velocity*/) {}  // the body was put elsewhere, where it is faster by this
   virtual void visit(Archive&) {}
 };
 using BodyEffects = std::vector<std::unique_ptr<BodyEffect>>;

@@ -13,6 +13,7 @@ class GrouserRipple final : public WheelEffect {
  public:
   GrouserRipple(double relative_amplitude, double phase) : relative_amplitude_(relative_amplitude), phase_(phase) {}
   void settle(const WheelSite&) override { relative_amplitude_ = 0; }  // its mean over a turn
+  void begin(const WheelSite&) override {}                             // it has no memory
   void after(const WheelSite& site, SoilReaction& reaction) const override {
     const double factor = 1 + relative_amplitude_ * std::sin(site.wheel->grouser_count * site.angle + phase_);
     for (double* value : {&reaction.normal_load, &reaction.drawbar_pull, &reaction.side_force, &reaction.torque, &reaction.rolling_torque,

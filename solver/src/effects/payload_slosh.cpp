@@ -18,6 +18,8 @@ class PayloadSlosh final : public BodyEffect {
     velocity_ = body.velocity;
   }
 
+  void carry(const Vector3d& velocity) override { velocity_ += velocity; }
+
   // Spring and damper are taken implicitly together with the mass behind them, which is eliminated (2 x 2 system by hand).
   void push(const BodyMotion& body, double h, std::vector<BodyForce>& forces) const override {
     const double slope = h * stiffness_ + damping_;

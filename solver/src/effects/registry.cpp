@@ -32,6 +32,7 @@ namespace rille {
   X(torque_ripple) \
   X(command_delay) \
   X(supply_sag) \
+  X(joint_pulse) \
   X(mass_change) \
   X(com_offset) \
   X(payload_slosh) \
@@ -85,6 +86,16 @@ Effects attach_effects(Model& model) {
     entry->attach({row, model, effects});
   }
   return effects;
+}
+
+double longest_command_delay(const Model& model) {
+  if (model.effects.empty()) return 0;
+  Model probe{.rover = model.rover, .terrain = model.terrain, .scenario = {}, .effects = model.effects, .catalogue = nullptr};
+  for (std::size_t drive = 0; drive < probe.rover.drives.size(); ++drive) probe.scenario.commands.push_back({static_cast<int>(drive), 0, 0});
+  attach_effects(probe);
+  double longest = 0;
+  for (const Command& command : probe.scenario.commands) longest = std::max(longest, command.time);
+  return longest;
 }
 
 std::vector<std::string> known_effects() {

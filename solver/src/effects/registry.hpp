@@ -12,6 +12,9 @@ namespace rille {
 // Raises InputRefused for a law that this solver does not have, or one that does not fit its target.
 Effects attach_effects(Model& model);
 
+// Longest time [s] by which effects make a command reach its drive later than it was given.
+double longest_command_delay(const Model& model);
+
 std::vector<std::string> known_effects();
 
 }  // namespace rille

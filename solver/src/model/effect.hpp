@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "model/error.hpp"
 #include "model/named.hpp"
@@ -16,6 +17,21 @@ struct Constant {
   double value = 0;
   std::string unit;  // SI unit of the constant: "N m s/rad"
 };
+
+// The catalogue, as far as a solver asks it: laws and their numbers (tables effect_kind, effect_parameter).
+struct LawNumber {
+  std::string name;
+  std::string unit;
+  bool amplitude = false;
+  double lower = 0, upper = 0, typical = 0;
+};
+struct Law {
+  std::string name;
+  std::string target;   // word of table effect_kind
+  bool memory = false;  // has a state that motion does not tell
+  std::vector<LawNumber> numbers;
+};
+using Catalogue = std::vector<Law>;
 
 struct EffectRow {
   std::string kind;                          // name in the catalogue

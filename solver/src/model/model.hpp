@@ -1,6 +1,7 @@
 // Everything that one run needs.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct Model {
   std::optional<Terrain> terrain;
   Scenario scenario;
   std::vector<EffectRow> effects;  // those with amplitude only
+  std::shared_ptr<const Catalogue> catalogue;  // of the database that it was read from
 };
 
 }  // namespace rille

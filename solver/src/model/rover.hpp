@@ -134,6 +134,7 @@ struct Rover {
   std::vector<LoopClosure> loop_closures;
   std::vector<BodyShape> shapes;  // of bodies that are no wheels; wheels collide as cylinders
   std::vector<Sensor> sensors;
+  double track_width = 0;  // [m] across the outermost wheel centres; a simulation moves its wheels there (model/track_width.hpp); 0: none
 };
 
 }  // namespace rille

@@ -45,7 +45,7 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
   if (line_.compliance > 0 || line_.gap > 0) {
     open_transmission(mechanism, h, hold, value, rows);
-    return true;
+    return !torque_mode;
   }
   if (torque_mode) {
     const double most = largest_effort();

@@ -27,8 +27,14 @@ class DriveUnit {
   // The motor angle starts where the joint stands.
   void start(double position);
 
+  // The joint was put elsewhere; a motor behind a transmission goes along, so that the twist stays.
+  void carry(double position, double velocity) {
+    motor_angle_ += position;
+    motor_speed_ += velocity;
+  }
+
   // Appends its rows, or adds its effort to `effort`. hold: stand still instead.
-  // Returns whether there are rows.
+  // Returns whether there are rows of a servo; a transmission behind a given effort has rows that come with effects.
   bool open_rows(const Mechanism& mechanism, double h, bool hold, RowSet& rows, Eigen::VectorXd& effort);
   // Reads the effort back; before, after: speed of the joint at both ends of the step. count: whether work counts.
   void close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, double h, double before, double after, bool count);

@@ -17,7 +17,13 @@ struct Parameter {
 // Every parameter that may be read and set.
 std::vector<Parameter> parameters(Model& model);
 
-// Both raise InputRefused for a name that the model does not have, set_parameter also for a value outside the parameter's bounds.
+// get_ and set_parameter raise InputRefused for a name that the model does not have, set_parameter also for a value outside the parameter's bounds.
+// Adds an effect to those that the model has: numbers by name, those that are not given as the catalogue says. Without amplitude nothing is
+// added. Raises InputRefused for what catalogue or rover do not have, and for a number outside its bounds.
+void add_effect(Model& model, EffectRow effect, const std::string& target_kind);
+// Whether what the model does depends on what was before a motion: effects with a state of their own, drives that integrate.
+bool has_memory(const Model& model);
+
 double get_parameter(Model& model, const std::string& name);
 void set_parameter(Model& model, const std::string& name, double value);
 

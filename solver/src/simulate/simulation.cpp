@@ -8,6 +8,7 @@
 
 #include "effects/registry.hpp"
 #include "model/error.hpp"
+#include "model/track_width.hpp"
 #include "simulate/placement.hpp"
 
 namespace rille {
@@ -31,6 +32,7 @@ std::size_t at(int index) { return static_cast<std::size_t>(index); }
 }  // namespace
 
 Model& Simulation::prepared(Model& model, Effects& effects) {
+  spread_wheels(model.rover);
   effects = attach_effects(model);
   return model;
 }
@@ -126,21 +128,19 @@ bool Simulation::open_drive_rows(double h) {
   return any;
 }
 
-bool Simulation::open_joint_effects(double h) {
+void Simulation::open_joint_effects(double h) {
   const auto& mass = mechanism_.mass_matrix();
-  bool any = false;
   for (std::size_t j = 0; j < effects_->joints.size(); ++j) {
     if (effects_->joints[j].empty()) continue;
     const int joint = static_cast<int>(j);
     const int dof = mechanism_.dof_of(joint);
-    JointMotion motion{.time = time(), .position = mechanism_.joint_position(joint), .velocity = mechanism_.joint_velocity(joint)};
+    JointMotion motion{.time = time(), .step = h, .position = mechanism_.joint_position(joint), .velocity = mechanism_.joint_velocity(joint)};
     if (drive_of_joint_[j] >= 0) motion.drive_effort = drives_[at(drive_of_joint_[j])].effort();
     JointFriction friction;
     const auto open = [&](double weight) -> Row& {
       const int row = rows_.open(RowKind::joint);
       rows_.add(dof, 1);
       rows_[row].weight = weight;
-      any = true;
       return rows_[row];
     };
     for (const auto& effect : effects_->joints[j]) {
@@ -168,7 +168,6 @@ bool Simulation::open_joint_effects(double h) {
       if (wanted > row.upper) row.side = RowSide::at_upper;
     }
   }
-  return any;
 }
 
 bool Simulation::open_limit_rows(double h) {
@@ -248,8 +247,7 @@ BodyMotion Simulation::motion_of(std::size_t body) const {
           .velocity = mechanism_.com_velocity(b), .angular_velocity = mechanism_.angular_velocity(b)};
 }
 
-bool Simulation::open_body_effects(double h) {
-  bool any = false;
+void Simulation::open_body_effects(double h) {
   for (std::size_t b = 0; b < effects_->bodies.size(); ++b) {
     if (effects_->bodies[b].empty()) continue;
     const BodyMotion motion = motion_of(b);
@@ -263,10 +261,8 @@ bool Simulation::open_body_effects(double h) {
       rows_[row].target = force.target;
       rows_[row].lower = force.lower;
       rows_[row].upper = force.upper;
-      any = true;
     }
   }
-  return any;
 }
 
 Outcome Simulation::fail(Outcome outcome, std::string message) {
@@ -280,11 +276,41 @@ void Simulation::note(const char* kind, const std::string& subject, std::string 
   events_.push_back({time(), kind, subject, std::move(message)});
 }
 
-bool Simulation::solve_rows() {
-  const VectorXd& v_free = mechanism_.free_velocity(model_->scenario.step, effort_);
+bool Simulation::solve_rows(const VectorXd& v_free) {
   do {
     if (!solver_.solve(mechanism_.mass_matrix(), v_free, rows_, velocity_)) return false;
   } while (rigid_->tighten(rows_, solver_.impulse(), velocity_));
+  return true;
+}
+
+bool Simulation::sticks() const {
+  for (int i = 0; i < rows_.size(); ++i)
+    if (rows_[i].kind == RowKind::joint && rows_[i].side == RowSide::free && rows_[i].upper > rows_[i].lower && std::isfinite(rows_[i].upper)) return true;
+  return false;
+}
+
+// The free motion by Runge-Kutta, then the impulses of the rows, which act over the whole step: half of them on the way (second-order splitting,
+// Strang 1968). Where they vanish it is the free motion. Impulses that hold a joint at rest are left to the semi-implicit step, where rest is exact.
+bool Simulation::split_step(double h) {
+  if (!solve_rows(mechanism_.free_velocity(h, effort_))) return false;
+  if (sticks()) {
+    mechanism_.set_velocity(velocity_);
+    mechanism_.advance_position(h);
+    return true;
+  }
+  mechanism_.advance_rk4(h, effort_);
+  const VectorXd free = mechanism_.velocity();
+  if (!solve_rows(free)) return false;
+  mechanism_.set_velocity(0.5 * (velocity_ - free));
+  mechanism_.advance_position(h);
+  mechanism_.set_velocity(velocity_);
+  return true;
+}
+
+bool Simulation::semi_implicit_step(double h) {
+  if (!solve_rows(mechanism_.free_velocity(h, effort_))) return false;
+  mechanism_.set_velocity(velocity_);
+  mechanism_.advance_position(h);
   return true;
 }
 
@@ -298,11 +324,11 @@ Outcome Simulation::advance(bool hold, bool report) {
   rows_.clear();
   effort_.setZero();
   const bool driven = open_drive_rows(h);
-  const bool rubbed = open_joint_effects(h);
+  open_joint_effects(h);
   const bool limited = open_limit_rows(h);
   open_coupling_rows(h);
   open_closure_rows(h);
-  const bool pushed = open_body_effects(h);
+  open_body_effects(h);
   rigid_->find(mechanism_, h);
   bool on_soil = false;
   for (std::size_t w = 0; w < contacts_.size(); ++w) {
@@ -323,16 +349,14 @@ Outcome Simulation::advance(bool hold, bool report) {
   const bool touching = rigid_->open_rows(mechanism_, h, rows_);
 
   const bool coupled = !rover.differentials.empty() || !rover.gears.empty() || !rover.loop_closures.empty();
-  const bool free_of_rows = !driven && !rubbed && !limited && !coupled && !pushed && !on_soil && !touching;
+  const bool only_effects = !driven && !limited && !coupled && !on_soil && !touching;  // rows that come and go with effects
+  const bool free_of_rows = only_effects && rows_.size() == 0;
   const VectorXd before = mechanism_.velocity();
   if (free_of_rows && scenario.integrator != Integrator::semi_implicit_euler) {
     mechanism_.advance_rk4(h, effort_);
-  } else {
-    if (!solve_rows())
-      return fail(Outcome::diverged,
-                  fmt::format("at t = {:.3f} s the constraint rows found no solution; try a smaller step than {:g} s", time(), h));
-    mechanism_.set_velocity(velocity_);
-    mechanism_.advance_position(h);
+  } else if (!(only_effects && scenario.integrator != Integrator::semi_implicit_euler ? split_step(h) : semi_implicit_step(h))) {
+    return fail(Outcome::diverged,
+                fmt::format("at t = {:.3f} s the constraint rows found no solution; try a smaller step than {:g} s", time(), h));
   }
   const VectorXd& after = mechanism_.velocity();
   if (report && after.allFinite()) reactions_ = mechanism_.reactions(before, (after - before) / h, rows_, solver_.impulse(), h);
@@ -556,6 +580,35 @@ void Simulation::start_at(double time, const MechanismState& motion) {
   message_.clear();
   events_.clear();
   holding_ = false;
+}
+
+void Simulation::put(const MechanismState& motion) {
+  std::vector<double> position(drives_.size()), velocity(drives_.size());
+  for (std::size_t d = 0; d < drives_.size(); ++d) {
+    position[d] = mechanism_.joint_position(drives_[d].drive().joint);
+    velocity[d] = mechanism_.joint_velocity(drives_[d].drive().joint);
+  }
+  std::vector<Vector3d> speed(effects_->bodies.size(), Vector3d::Zero());
+  for (std::size_t b = 0; b < speed.size(); ++b)
+    if (!effects_->bodies[b].empty()) speed[b] = motion_of(b).velocity;
+  mechanism_.set_state(motion);
+  mechanism_.update_kinematics();
+  for (std::size_t d = 0; d < drives_.size(); ++d) {
+    const int joint = drives_[d].drive().joint;
+    drives_[d].carry(mechanism_.joint_position(joint) - position[d], mechanism_.joint_velocity(joint) - velocity[d]);
+  }
+  for (std::size_t b = 0; b < speed.size(); ++b) {
+    if (effects_->bodies[b].empty()) continue;
+    const Vector3d change = motion_of(b).velocity - speed[b];
+    for (auto& effect : effects_->bodies[b]) effect->carry(change);
+  }
+  // Those before the present step have been given, whatever list they came from.
+  const auto& commands = model_->scenario.commands;
+  const double given = time() - 0.5 * model_->scenario.step;
+  next_command_ = static_cast<std::size_t>(
+      std::upper_bound(commands.begin(), commands.end(), given, [](double now, const Command& command) { return now < command.time; }) -
+      commands.begin());
+  start_accounts();
 }
 
 std::vector<double> Simulation::read(Quantity& quantity) const {

@@ -50,6 +50,8 @@ class Simulation {
   // given, integrals and transmissions are at rest, effects begin.
   MechanismState motion() { return mechanism_.state(); }
   void start_at(double time, const MechanismState& motion);
+  // Goes on from another motion at the present time; what is not motion stays as it is, and moves along with what carries it.
+  void put(const MechanismState& motion);
   // Gives a drive a set value now, as a command would.
   void command(int drive, double value) { drives_[static_cast<std::size_t>(drive)].set(value); }
   // The quantity of the vocabulary as of now; see quantity.hpp.
@@ -94,15 +96,18 @@ class Simulation {
   void check_couplings();
   void place();
   void read_commands();
-  bool open_drive_rows(double h);
-  bool open_joint_effects(double h);
+  bool open_drive_rows(double h);  // whether a servo has rows
+  void open_joint_effects(double h);
   bool open_limit_rows(double h);
   void open_coupling_rows(double h);
   void open_closure_rows(double h);
-  bool open_body_effects(double h);
+  void open_body_effects(double h);
   BodyMotion motion_of(std::size_t body) const;
   Outcome advance(bool hold, bool report);
-  bool solve_rows();
+  bool solve_rows(const Eigen::VectorXd& v_free);
+  bool sticks() const;  // whether dry friction holds a joint in the last solution
+  bool split_step(double h);
+  bool semi_implicit_step(double h);
   Outcome fail(Outcome outcome, std::string message);
   void note(const char* kind, const std::string& subject, std::string message);
   void start_accounts();

@@ -116,7 +116,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
     if (assume_steady_ && rolls) {
       site.slip = slip;
       site.sinkage = sinkage;
-      for (auto& effect : *effects_) effect->settle(site);
+      for (auto& effect : *effects_) effect->begin(site);
     }
     const auto react_to = [&](const Slip& motion) {
       site.slip = motion;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "model/track_width.hpp"
 #include "store/contract.hpp"
 #include "store/parts.hpp"
 
@@ -54,6 +55,7 @@ Model load_model(Database& database, const std::optional<std::string>& scenario)
   Model model;
   RoverKeys keys;
   model.rover = load_rover(database, keys);
+  model.rover.track_width = drawn_track_width(model.rover);
   const std::int64_t id = find_scenario(database, scenario);
   model.scenario = load_scenario(database, id, keys, model.rover);
   Statement terrain(database, "SELECT terrain_id FROM scenario WHERE id = ?");
@@ -71,6 +73,7 @@ Model load_vehicle(Database& database) try {
   Model model;
   RoverKeys keys;
   model.rover = load_rover(database, keys);
+  model.rover.track_width = drawn_track_width(model.rover);
   load_effects(database, model);
   return model;
 } catch (const SQLite::Exception& error) {

@@ -1,7 +1,29 @@
 #include "store/parts.hpp"
 
 namespace rille {
+namespace {
+
+Catalogue load_catalogue(Database& database) {
+  Catalogue catalogue;
+  Statement law(database, "SELECT id, name, target, memory FROM effect_kind ORDER BY id");
+  while (law.executeStep()) {
+    catalogue.push_back({.name = law.getColumn("name").getString(), .target = law.getColumn("target").getString(),
+                         .memory = law.getColumn("memory").getInt() == 1, .numbers = {}});
+    Statement number(database, "SELECT name, unit, amplitude, lower, upper, typical FROM effect_parameter WHERE effect_kind_id = ? ORDER BY rowid");
+    number.bind(1, law.getColumn("id").getInt64());
+    while (number.executeStep())
+      catalogue.back().numbers.push_back({.name = number.getColumn("name").getString(), .unit = number.getColumn("unit").getString(),
+                                          .amplitude = number.getColumn("amplitude").getInt() == 1,
+                                          .lower = number.getColumn("lower").getDouble(), .upper = number.getColumn("upper").getDouble(),
+                                          .typical = number.getColumn("typical").getDouble()});
+  }
+  return catalogue;
+}
+
+}  // namespace
+
 void load_effects(Database& database, Model& model) {
+  model.catalogue = std::make_shared<const Catalogue>(load_catalogue(database));
   Statement row(database,
                 "SELECT effect.id AS id, name, effect_kind.target AS kind_target, effect.target AS target, parameters, effect_kind_id, "
                 "json_extract(parameters, '$.formula') AS formula, json_extract(parameters, '$.output') AS output, "

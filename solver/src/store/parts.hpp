@@ -27,7 +27,7 @@ Index load_soils(Database& database, double gravity, Terrain& terrain);
 std::int64_t find_scenario(Database& database, const std::optional<std::string>& name);
 Scenario load_scenario(Database& database, std::int64_t id, const RoverKeys& keys, const Rover& rover);
 
-// Rows of table `effect`, completed by the catalogue; those without amplitude are left out. Needs the model's rover.
+// The catalogue, and rows of table `effect`, completed by the catalogue; those without amplitude are left out. Needs the model's rover.
 void load_effects(Database& database, Model& model);
 
 }  // namespace rille

@@ -1,0 +1,47 @@
+"""``rille apply``: the improved model of a diagnosis, as a new database."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rille.cli.talk import Json, print_json, say
+
+
+def apply(
+    database: Annotated[Path, typer.Argument(help="Database with the model, its recordings and findings.")],
+    finding: Annotated[str | None, typer.Argument(help="Name of the finding; default: the newest.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The improved model, a new database.")] = Path("improved.db"),
+    as_json: Json = False,
+) -> None:
+    """Write the improved model that a diagnosis proposes as a new database: its effects added, its numbers changed.
+
+    Recordings go along, so that `rille compare` on the new database shows the fit that was promised; runs of the old model stay behind.
+    Changed rows say that they were calibrated, and by which finding.
+
+    Example: rille apply rover.db diagnosis-1 -o improved.db
+    """
+    from rille import __version__, store
+    from rille.cli.proposal import known_scenario, proposal
+    from rille.diagnosis.diagnosis_json import TITLES, plain, setting_of
+    from rille.model import InputRefused
+
+    found = store.find_finding(database, finding)
+    setting = setting_of(found.setting)
+    scenario = known_scenario(database, str(found.detail.get("scenario") or ""))
+    effects, parameters = proposal(database, setting, scenario)
+    if not effects and not parameters:
+        raise InputRefused(
+            f"finding '{found.name}' ({TITLES[found.verdict]}) proposes no change of the model: {found.sentence}"  # type: ignore[index]
+        )
+    changes = store.planned_changes(database, effects, parameters, scenario)
+    store.improve(database, output, effects, parameters, why=found.name, tool=f"rille {__version__} apply", scenario=scenario)
+    if as_json:
+        print_json({"finding": found.name, "database": str(output), "changes": plain(changes)})
+        return
+    for change in changes:
+        before = "new" if change.before is None else f"{change.before:.6g} ->"
+        unit = "" if change.unit in ("1", "-") else f" {change.unit}"
+        print(f"{change.table:9s} {change.row:32s} {change.column:24s} {before} {change.after:.6g}{unit}")
+    shown = (found.held_out or found.recordings)[:1]
+    say(f"wrote {output}, the model of {database} with {found.name}; see its fit: `rille compare {' '.join([str(output), *shown])}`")

@@ -1,0 +1,27 @@
+"""Where a diagnosis replays: in this process, or on the workers of a Dask cluster."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+@contextmanager
+def simulators(database: Path, cluster: str | None) -> Iterator[Callable[[str], Any]]:
+    """Of a scenario's name a fresh simulator of the database's model.
+
+    cluster : address of a Dask scheduler; None: all cores of this machine.
+
+    Raises
+    ------
+    InputRefused : if nobody answers at that address, or Dask is not installed.
+    """
+    from rille import simulate
+
+    if cluster is None:
+        yield lambda scenario: simulate.Replayer(database, scenario or None)
+        return
+    from rille.simulate.cluster import connected
+
+    with connected(cluster) as client:
+        yield lambda scenario: simulate.ClusterReplayer(client, database, scenario or None)

@@ -1,0 +1,41 @@
+"""When a piece is added to the answer, and when the difference is gone."""
+
+import numpy as np
+
+from rille.diagnosis.judge import Judge
+from rille.diagnosis.rank import Scores
+
+NATS = 3.0  # log-likelihood beyond the price of having tried many
+LEAST_SHARE = 0.02  # of the degrees of freedom: chi-squared that a piece must take away,
+LEAST_IN_WINDOW = 0.5  # or that of a window's degrees, in one window at least
+LEAST_EXCESS = 0.015  # of all the excess: smaller drops may be curvature of what was found before
+LEAST_OF_REST = 0.2  # of the excess that is left without the piece: many small pieces are an expansion of something else
+SIGNIFICANT = 4.0  # standard deviations of chi-squared
+
+
+def is_accepted(scores: Scores, new: int, old: int, judge: Judge, *, tries: int, excess: float) -> bool:
+    """Whether ``new`` says more than ``old``: more than its errors, than the price of ``tries`` hypotheses, and more than a trifle.
+
+    excess : chi-squared beyond noise of the base model.
+    """
+    drop = scores.chi2[old] - scores.chi2[new]
+    in_window = scores.window_chi2[old] - scores.window_chi2[new]
+    felt = drop > LEAST_SHARE * judge.degrees or bool(
+        np.any(in_window > np.maximum(LEAST_IN_WINDOW * judge.window_degrees, 25.0 * judge.floor))
+    )
+    rest = scores.chi2[old] - judge.floor * judge.degrees
+    return felt and drop > max(LEAST_EXCESS * excess, LEAST_OF_REST * rest) and scores.clearly_ahead(new, old, np.log(max(tries, 1)) + NATS)
+
+
+def differs(judge: Judge) -> bool:
+    """Whether the base of a judge differs from the data beyond its noise: as a whole, or in some window."""
+    degrees = judge.window_degrees
+    beyond = judge.per_window(judge.base**2) - judge.floor * degrees
+    allowed = judge.floor * SIGNIFICANT * np.sqrt(2.0 * np.maximum(degrees, 1.0)) + 2.0 * LEAST_SHARE * degrees
+    whole = judge.excess > max(judge.floor * SIGNIFICANT * np.sqrt(2.0 * judge.degrees), LEAST_SHARE * judge.degrees)
+    return bool(whole or np.any(beyond > np.maximum(allowed, LEAST_IN_WINDOW * degrees)))
+
+
+def beyond_noise(judge: Judge) -> float:
+    """Chi-squared beyond what noise gives by chance."""
+    return max(0.0, judge.excess - 2.0 * judge.floor * float(np.sqrt(2.0 * judge.degrees)))

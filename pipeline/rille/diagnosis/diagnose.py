@@ -1,0 +1,219 @@
+"""From recordings that a model does not reproduce to what is missing: the steps of a diagnosis in their order."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+from typing import Any, TypeVar
+
+from rille.diagnosis.candidates import candidates, of_kind
+from rille.diagnosis.compare import compare_windows
+from rille.diagnosis.difference import find_difference
+from rille.diagnosis.found import Found
+from rille.diagnosis.held_out import Parts, held_out_parts
+from rille.diagnosis.limits import limits
+from rille.diagnosis.locate import locate
+from rille.diagnosis.natural import natural
+from rille.diagnosis.next_experiment import next_experiments
+from rille.diagnosis.noise_floor import shared_noise
+from rille.diagnosis.prove import prove
+from rille.diagnosis.replay_evidence import gather
+from rille.diagnosis.search import search
+from rille.diagnosis.statement import statement
+from rille.diagnosis.tries import place_tries
+from rille.model import EffectKind
+from rille.model.comparison import Comparison
+from rille.model.diagnosis import Diagnosis, Experiment, Location, Proof
+from rille.model.machine import Machine
+from rille.model.recording import Recording
+
+T = TypeVar("T")
+Stage = Callable[[str, Callable[[], Any]], Any]
+Progress = Callable[[str, float], None]
+Told = Callable[[float, float, str], None]
+Noise = dict[str, tuple[float, str]]
+DOUBTS = ("error", "warning")  # severities of what the data gate found that are repeated
+MOST_DOUBTS = 12
+MOST_RIVALS = 4  # members of a group that experiments are planned for
+FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """window [s] : length of the windows. most : of terms that an answer may have. only, without : causes, kinds or targets of hypotheses
+    that are looked at alone, or not at all.
+    """
+
+    window: float = 0.5
+    most: int = 4
+    only: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+
+
+def at_once(name: str, compute: Callable[[], T]) -> T:
+    """A stage that keeps nothing."""
+    return compute()
+
+
+@dataclass(slots=True)
+class _Progress:
+    """Tells how far the whole is, and how long each stage took."""
+
+    tell: Progress
+    stage: Stage
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def run(self, name: str, first: float, last: float, compute: Callable[[Told], T], keep: bool = True) -> T:
+        """A stage that takes the progress from ``first`` to ``last``."""
+
+        def told(done: float, total: float, what: str) -> None:
+            self.tell(f"{name}: {what}", first + (last - first) * min(1.0, done / max(total, 1e-9)))
+
+        self.tell(name, first)
+        begin = perf_counter()
+        result = self.stage(name, lambda: compute(told)) if keep else compute(told)
+        self.seconds[name] = perf_counter() - begin
+        return result
+
+
+def diagnose(
+    simulators: Callable[[str], Any],
+    recordings: Sequence[Recording],
+    held_out: Sequence[Recording] = (),
+    *,
+    kinds: Sequence[EffectKind],
+    options: Options | None = None,
+    stage: Stage = at_once,
+    on_progress: Progress = lambda what, fraction: None,
+) -> Diagnosis:
+    """What the model lacks, where, how sure, and how much better it is with it.
+
+    Parameters
+    ----------
+    simulators : of a scenario's name ('' = the only one) a fresh simulator as ``rille.simulate.Replayer``. recordings, held_out : with
+        samples; see ``held_out_parts`` for what is held out if none is named. kinds : the catalogue. stage : ``stage(name, compute)``
+        returns what was kept under that name, or computes and keeps it, so that an interrupted diagnosis goes on where it was.
+    on_progress : told what is being done, and the fraction done.
+
+    Raises
+    ------
+    InputRefused : as of ``compare_windows`` and ``held_out_parts``.
+    """
+    options = options or Options()
+    run = _Progress(on_progress, stage)
+    parts = held_out_parts(recordings, held_out, options.window)
+    noise = shared_noise([*parts.training, *parts.held_out])
+    base: list[Comparison] = run.run("comparisons", 0.0, 0.2, lambda told: _compared(simulators, parts, noise, options, told))
+    difference = find_difference(base)
+    location = locate(difference, base)
+    simulator = simulators(parts.training[0].scenario or "")
+    machine = simulator.machine()
+    cannot = limits(parts.training, machine, difference)
+    if not difference.differs:
+        return _answer(simulator, parts, location, None, None, (), cannot, run)
+    found: Found = run.run("search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, noise, location, kinds, options, told))
+    proof = None
+    if found.terms:
+        proof, _ = run.run(
+            "proof",
+            0.8,
+            0.95,
+            lambda told: prove(
+                simulators, parts, found.setting, noise=noise, window=options.window, terms=found.terms, base=base, on_progress=told
+            ),
+        )
+    experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
+    return _answer(simulator, parts, location, found, proof, experiments, cannot, run)
+
+
+def _compared(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options, told: Told) -> list[Comparison]:
+    """The training part beside the base model."""
+    found = []
+    for k, recording in enumerate(parts.training):
+
+        def here(done: int, total: int, what: str, k: int = k) -> None:
+            told(k + done / max(total, 1), len(parts.training), what)
+
+        simulator = simulators(recording.scenario or "")
+        found.append(compare_windows(simulator, recording, window=options.window, noise=noise, on_progress=here))
+    return found
+
+
+def _search(
+    simulators: Callable[[str], Any],
+    machine: Machine,
+    parts: Parts,
+    noise: Noise,
+    location: Location,
+    kinds: Sequence[EffectKind],
+    options: Options,
+    told: Told,
+) -> Found:
+    channels = [channel for recording in parts.training for channel in recording.channels]
+    hypotheses = of_kind(candidates(machine, channels, kinds, location=location), only=options.only, without=options.without)
+    scales = natural(machine, channels)
+    evidence = gather(
+        simulators, parts.training, window=options.window, noise=noise, on_progress=lambda done, total, what: told(0.25 * done, total, what)
+    )
+    found = search(
+        evidence,
+        hypotheses,
+        kinds={kind.name: kind for kind in kinds},
+        most=options.most,
+        tries=place_tries(hypotheses, scales, location),
+        on_progress=lambda what, share: told(0.25 + 0.75 * share, 1, what),
+    )
+    return replace(found, evidence=None)
+
+
+def _experiments(simulator: Any, parts: Parts, found: Found, told: Told) -> tuple[Experiment, ...]:
+    """What would tell the members of the best group apart."""
+    if not found.ranked:
+        return ()
+    best = found.ranked[0]
+    members = [row for row in found.ranked if row.group == best.group][:MOST_RIVALS]
+    if len(members) < 2:
+        return ()
+    settings = [tuple(term.term for term in row.terms) for row in members]
+    return next_experiments(simulator, parts.training, settings, titles=[row.title for row in members], on_progress=told)
+
+
+def _answer(
+    simulator: Any,
+    parts: Parts,
+    location: Location,
+    found: Found | None,
+    proof: Proof | None,
+    experiments: tuple[Experiment, ...],
+    cannot: tuple[str, ...],
+    run: _Progress,
+) -> Diagnosis:
+    verdict = found.verdict if found is not None else "nothing_missing"
+    leftover = found.leftover if found is not None else 0.0
+    terms = found.terms if found is not None else ()
+    ranked = found.ranked if found is not None else ()
+    groups = found.groups if found is not None else ()
+    notes = (*(found.notes if found is not None else ()), *((FALSE_ALARM,) if found is not None and verdict == "nothing_missing" else ()))
+    return Diagnosis(
+        model=str(simulator.path),
+        scenario=simulator.scenario,
+        recordings=tuple(recording.name for recording in parts.training),
+        held_out=tuple(recording.name for recording in parts.held_out),
+        verdict=verdict,
+        sentence=statement(verdict, terms, ranked, groups, location, leftover, proof, (), cannot),
+        location=location,
+        setting=found.setting if found is not None else (),
+        ranked=ranked,
+        groups=groups,
+        proof=proof,
+        experiments=experiments,
+        data_problems=_data_problems([*parts.training, *parts.held_out]),
+        limits=cannot,
+        notes=notes,
+        seconds=dict(run.seconds),
+    )
+
+
+def _data_problems(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """What the data gate found, each sentence once."""
+    said = dict.fromkeys(f.message for recording in recordings for f in recording.findings if f.severity in DOUBTS)
+    return tuple(said)[:MOST_DOUBTS]

@@ -1,0 +1,338 @@
+"""Windows of one recording as evidence: replayed from starts that were fitted once, under one setting."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.diagnosis.applied import applied, sensor_terms
+from rille.diagnosis.compare import RUN_UP, samples_of, why_unfit, with_a_say
+from rille.diagnosis.evidence import ENDED
+from rille.diagnosis.noise_floor import difference_noise, quantisation
+from rille.diagnosis.quaternion_sign import with_steady_quaternions
+from rille.diagnosis.sensor_faults import concerns, moves_time, repaired, said, true_instants
+from rille.diagnosis.start_fit import FARTHEST, Samples, fit_starts, residuals
+from rille.diagnosis.start_states import Starts, smoothed_values, start_states
+from rille.diagnosis.state_coordinates import moved
+from rille.diagnosis.windows import cut
+from rille.model import InputRefused
+from rille.model.hypothesis import Setting
+from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Noise = Mapping[str, tuple[float, str]]
+Progress = Callable[[int, int, str], None] | None
+LAG = 0.1  # [s] before a window's first sample that a simulation begins: delays of sensors up to this need what was before
+UNSURE = 3.0  # times the smoother's standard deviation: under violent motion it says too little
+SLOW = 0.25  # [noise] offset of a channel over a window that no sensor is known to be free of; averages are not trusted beyond it
+NEAR = 3.0  # [standard deviations of the start] up to which what a repaired recording does to it is taken as linear
+FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed start, the model is wrong and not the starts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plan:
+    """What the sensor faults of a setting ask for. change : (n_windows, n_coordinates, 2) z of the start that the repaired recording shows;
+    None: the start stays. replayed : whether the trajectories of the fitted starts are not enough.
+    """
+
+    faults: Setting
+    change: Array | None
+    replayed: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """Windows of one recording, their starts and how their samples answer to them.
+
+    simulator : the base model, driven by the recording. channels : observed ones with noise that are fit for use, with samples. shows :
+    names of those that show the state. widest : [s], of the smoother. assumed : setting under which starts were fitted. starts :
+    uncertainty of what is seen taken ``UNSURE`` times. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
+    first, last : (n_windows,) [s] what is compared. columns : directions of the start. samples, slopes : of each channel its samples, and
+    (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
+    whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
+    """
+
+    simulator: Any
+    recording: Recording
+    channels: tuple[Channel, ...]
+    shows: tuple[str, ...]
+    widest: float
+    assumed: Setting
+    starts: Starts
+    standard: Array
+    states: Array
+    first: Array
+    last: Array
+    columns: tuple[tuple[int, int], ...]
+    samples: tuple[Samples, ...]
+    slopes: tuple[Array, ...]
+    noise_from: tuple[str, ...]
+    whole: "Part | None" = None
+    numbers: Whole | None = None
+
+    @cached_property
+    def order(self) -> Whole:
+        """(m,) places of samples, channel after channel, in the order of evidence: by window, then channel, then time."""
+        return np.argsort(np.concatenate([s.window for s in self.samples]), kind="stable")
+
+    def ordered(self, blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        """Blocks (..., m) of the channels as one, in the order of evidence."""
+        return np.concatenate(blocks, axis=-1)[..., self.order]
+
+    @cached_property
+    def start_gain(self) -> Array:
+        """D (m, d) in the order of evidence: directions of the start, then of every channel its offset over the window, and the slope of
+        noise that is known to be slow.
+        """
+        rows = [self.ordered([-slopes for slopes in self.slopes])]
+        for number, (channel, s) in enumerate(zip(self.channels, self.samples, strict=True)):
+            own = np.full((1, len(s.time)), max(SLOW, (channel.slow_noise or 0.0) / s.noise))
+            if channel.slow_noise:
+                along = 2 * (s.time - self.first[s.window]) / np.maximum(self.last - self.first, 1e-9)[s.window] - 1
+                own = np.concatenate([own, own * along])
+            rows.append(self.ordered([own if k == number else np.zeros((len(own), len(o.time))) for k, o in enumerate(self.samples)]))
+        return np.ascontiguousarray(np.concatenate(rows).T)
+
+    def subset(self, windows: Whole) -> "Part":
+        """Only these windows (ascending), renumbered from 0."""
+        place = np.full(len(self.first), -1)
+        place[windows] = np.arange(len(windows))
+        here = [place[s.window] >= 0 for s in self.samples]
+        starts = replace(
+            self.starts,
+            states=self.starts.states[windows],
+            factor=self.starts.factor[windows],
+            seen=self.starts.seen[windows],
+            axes=self.starts.axes[windows],
+            ended=tuple(self.starts.ended[k] for k in windows),
+            kept=self.starts.kept[windows],
+            widths=tuple(width[windows] for width in self.starts.widths),
+        )
+        return replace(
+            self,
+            starts=starts,
+            standard=self.standard[windows],
+            states=self.states[windows],
+            first=self.first[windows],
+            last=self.last[windows],
+            samples=tuple(
+                replace(s, window=place[s.window[h]], time=s.time[h], value=s.value[h]) for s, h in zip(self.samples, here, strict=True)
+            ),
+            slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
+            whole=self.whole or self,
+            numbers=windows if self.numbers is None else self.numbers[windows],
+        )
+
+    def with_noise(self, sigma: Mapping[str, float]) -> "Part":
+        """With the noise [unit] of channels by name in place of its own."""
+        new = [sigma.get(s.channel.name, s.noise) for s in self.samples]
+        return replace(
+            self,
+            samples=tuple(replace(s, noise=n) for s, n in zip(self.samples, new, strict=True)),
+            slopes=tuple(slopes * (s.noise / n) for slopes, s, n in zip(self.slopes, self.samples, new, strict=True)),
+        )
+
+    def residuals(self, settings: Sequence[Setting]) -> Array:
+        """(k, m) as of ``Evidence.residuals``; NaN of a setting that the model refuses."""
+        result = np.full((len(settings), len(self.order)), np.nan)
+        models, own = self._models(settings)
+        plans = [self._plan(sensor_terms(setting)) for setting in settings]
+        plain: dict[int, list[int]] = {}
+        for k, (model, plan) in enumerate(zip(own, plans, strict=True)):
+            if model is not None and plan.replayed:
+                result[k] = self._replayed(models[model], plan)
+            elif model is not None:
+                plain.setdefault(model, []).append(k)
+        for remembers in (False, True):
+            chosen = [m for m in plain if bool(models[m].has_memory) == remembers]
+            answers = self._predicted([models[m] for m in chosen], remembers) if chosen else []
+            for place, m in enumerate(chosen):
+                for k in plain[m]:
+                    change = plans[k].change
+                    standard = self.standard if change is None else self.standard - change
+                    result[k] = self._residual([a[place] for a in answers], plans[k].faults, standard)
+        return result
+
+    def relinearised(self, setting: Setting, on_progress: Progress = None) -> "Part":
+        """The same windows and noise, starts fitted under a setting."""
+        whole = self.whole or self
+        noise = {c.name: (s.noise, source) for c, s, source in zip(whole.channels, whole.samples, whole.noise_from, strict=True)}
+        recording = replace(whole.recording, channels=tuple(c for c in whole.recording.channels if c.role != "observed" or c.name in noise))
+        made = gather_part(whole.simulator, recording, window=whole.widest, noise=noise, assumed=setting, on_progress=on_progress)
+        return made if self.numbers is None else made.subset(self.numbers)
+
+    def _models(self, settings: Sequence[Setting]) -> tuple[list[Any], list[int | None]]:
+        """Simulators without repetition, and of each setting its own; None where the model refuses it."""
+        models: list[Any] = []
+        known: dict[object, int | None] = {}
+        own: list[int | None] = []
+        for setting in settings:
+            physics = tuple(term for term in setting if term.hypothesis.cause != "sensor")
+            key = tuple((t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target, *sorted(t.numbers.items())) for t in physics)
+            if key not in known:
+                try:
+                    models.append(applied(self.simulator, physics))
+                    known[key] = len(models) - 1
+                except InputRefused:
+                    known[key] = None
+            own.append(known[key])
+        return models, own
+
+    def _predicted(self, models: Sequence[Any], remembers: bool) -> list[Array]:
+        """Of each channel (n_models, m) what the models say from the fitted starts."""
+        source = self.whole if remembers and self.whole is not None else self
+        picks = [(s.window, s.time) for s in source.samples]
+        bare = [s.channel for s in source.samples]
+        answers = self.simulator.predict_many(models, source.states, source.last, bare, picks, carried=remembers)
+        if source is self or self.numbers is None:
+            return answers
+        return [answer[:, np.isin(s.window, self.numbers)] for answer, s in zip(answers, source.samples, strict=True)]
+
+    def _plan(self, faults: Setting) -> _Plan:
+        touched = [c for c in self.channels if c.name in self.shows and any(concerns(t, c) for t in (*faults, *sensor_terms(self.assumed)))]
+        change = self._start_change(faults, [c.name for c in touched]) if touched else None
+        replayed = any(moves_time(faults, c) for c in self.channels) or (change is not None and bool(np.abs(change).max() > NEAR))
+        return _Plan(faults=faults, change=change, replayed=replayed)
+
+    def _start_change(self, faults: Setting, touched: Sequence[str]) -> Array:
+        """z (n_windows, n_coordinates, 2) from the start that was smoothed to that of the recording without these faults."""
+        sigma = {s.channel.name: s.noise for s in self.samples}
+        shown = [c for c in self.channels if c.name in self.shows]
+        before, after = (
+            smoothed_values(self.simulator, self.starts, [(repaired(f, c), sigma[c.name]) for c in shown], self.widest, touched)
+            for f in (sensor_terms(self.assumed), faults)
+        )
+        step = np.where(self.starts.kept[:, :, None], 0.0, after - before)
+        turns = [k for k, c in enumerate(self.starts.coordinates) if c.kind == "turn"]
+        step[:, turns, 0] = (step[:, turns, 0] + np.pi) % (2 * np.pi) - np.pi
+        return np.asarray(np.linalg.solve(self.starts.factor, step[..., None])[..., 0], dtype=float)
+
+    def _residual(self, answers: Sequence[Array], faults: Setting, standard: Array) -> Array:
+        """(m,) from what is simulated, of each channel (m,), with starts at ``standard`` z: distorted as the faults say, carried back to z = 0."""
+        blocks = []
+        for s, slopes, answer in zip(self.samples, self.slopes, answers, strict=True):
+            left = residuals(s, said(faults, s.channel, answer, s.time)) / s.noise
+            along = standard[s.window]
+            back = sum(slopes[k] * along[:, c, order] for k, (c, order) in enumerate(self.columns))
+            blocks.append(np.where(np.isfinite(left), left + back, ENDED))
+        return self.ordered(blocks)
+
+    def _replayed(self, model: Any, plan: _Plan) -> Array:
+        """(m,) of a setting whose faults move the start far, or the instants that are read.
+
+        The starts that were fitted to the recording with its faults are of little use then: they are fitted again, by one linear step.
+        """
+        left = self._from(model, plan, self.standard)
+        return left if plan.change is None else self._from(model, plan, self._fitted(left))
+
+    def _from(self, model: Any, plan: _Plan, standard: Array) -> Array:
+        """(m,) replayed from starts at ``standard`` z from where the repaired recording shows them."""
+        moves = standard - self.standard + (plan.change if plan.change is not None else 0.0)
+        states = moved(self.states, self.starts.coordinates, self.starts.change(moves))
+        picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
+        answers = model.predict(states[None], self.last, [s.channel for s in self.samples], picks)
+        return self._residual([answer[0] for answer in answers], plan.faults, standard)
+
+    def _fitted(self, left: Array) -> Array:
+        """z (n_windows, n_coordinates, 2) that minimises |r + D z|^2 + |z|^2 of residuals (m,) at z = 0, within ``FARTHEST``."""
+        standard = np.zeros_like(self.standard)
+        gain = self.start_gain[:, : len(self.columns)]
+        window = self.ordered([s.window for s in self.samples])
+        edges = np.searchsorted(window, np.arange(len(self.first) + 1))
+        for k, (first, last) in enumerate(pairwise(edges)):
+            d = gain[first:last]
+            z = -np.linalg.solve(d.T @ d + np.eye(d.shape[1]), d.T @ left[first:last])
+            for (coordinate, order), value in zip(self.columns, np.clip(z, -FARTHEST, FARTHEST), strict=True):
+                standard[k, coordinate, order] = value
+        return standard
+
+
+def gather_part(
+    simulator: Any,
+    recording: Recording,
+    *,
+    window: float,
+    noise: Noise,
+    assumed: Setting = (),
+    on_progress: Progress = None,
+) -> Part:
+    """Windows of a recording with starts fitted under a setting.
+
+    simulator : of the recording's scenario; it is driven by the recording here.
+
+    Raises
+    ------
+    InputRefused : as ``compare_windows``.
+    """
+    base = simulator.changed()
+    base.drive_by(recording)
+    channels = tuple(
+        c for c in with_steady_quaternions(recording.with_role("observed")) if not why_unfit(c, recording) and noise[c.name][0] > 0
+    )
+    shows = [c for c in channels if c.quantity in MOTION_QUANTITIES]
+    parts = cut(recording, shows, window, base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
+    model, faults = applied(base, assumed), sensor_terms(assumed)
+    starts = start_states(
+        model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
+    )
+    starts = replace(starts, factor=starts.factor * np.where(starts.seen, UNSURE, 1.0)[:, :, None, None])
+    samples = [samples_of(c, noise[c.name][0], parts) for c in channels]
+    channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
+    samples = [s for s in samples if len(s.time)]
+    watched = _Watched(model, faults)
+    heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
+    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=[c.name in heard for c in channels], far=FAR)
+    return Part(
+        simulator=base,
+        recording=recording,
+        channels=channels,
+        shows=tuple(c.name for c in shows),
+        widest=window,
+        assumed=assumed,
+        starts=starts,
+        standard=fit.standard,
+        states=fit.states,
+        first=parts.starts,
+        last=parts.stops,
+        columns=fit.columns,
+        samples=tuple(samples),
+        slopes=tuple(fit.slopes),
+        noise_from=tuple(noise[c.name][1] for c in channels),
+    )
+
+
+class _Watched:
+    """A simulator whose channels are seen through faulty sensors."""
+
+    def __init__(self, simulator: Any, faults: Setting) -> None:
+        self._simulator, self._faults = simulator, faults
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._simulator, name)
+
+    def predict(self, states: Array, stops: Array, channels: Sequence[Channel], picks: Sequence[tuple[Whole, Array]]) -> list[Array]:
+        """As ``Replayer.predict``, of what the channels say."""
+        true = [(window, true_instants(self._faults, c, time)) for c, (window, time) in zip(channels, picks, strict=True)]
+        answers = self._simulator.predict(states, stops, channels, true)
+        return [said(self._faults, c, answer, time) for c, answer, (_, time) in zip(channels, answers, picks, strict=True)]
+
+
+def innovation_noise(part: Part) -> dict[str, float]:
+    """Noise [unit] of channels that state none, from what the simulation leaves, where that is less than what was taken."""
+    found = {}
+    left = np.empty(len(part.order))
+    left[part.order] = part.residuals([part.assumed])[0]
+    edges = np.cumsum([0, *(len(s.time) for s in part.samples)])
+    for channel, s, source, first in zip(part.channels, part.samples, part.noise_from, edges[:-1], strict=True):
+        if source == "stated":
+            continue
+        own = np.argsort(s.time, kind="stable")
+        sigma = difference_noise(s.time[own], (left[first : first + len(s.time)] * s.noise)[own])
+        if quantisation(channel) < sigma < s.noise:
+            found[channel.name] = sigma
+    return found

@@ -1,0 +1,48 @@
+"""First guesses for the numbers that give an effect its shape: time constants, phases, orders, times."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rille.model.hypothesis import FreeNumber, Hypothesis
+
+FACTORS = (0.2, 5.0, 0.04, 25.0)  # of a number that is looked for over decades, about its first guess
+EVERY_ORDER = 32  # whole numbers up to here are all tried
+ORDERS = (36, 40, 42, 44, 45, 48, 50, 52, 54, 56, 60, 64, 72, 80, 84, 90, 96, 100, 108, 120, 128, 144, 160, 180, 200, 240, 256, 300, 360,
+          400, 500)  # fmt: skip
+PHASES = (0.5 * np.pi, np.pi, -0.5 * np.pi)  # beside 0, where two trials cannot give the phase
+Values = dict[str, float]
+
+
+def quadrature(hypothesis: Hypothesis) -> FreeNumber | None:
+    """The phase, if two trials a quarter turn apart give amplitude and phase by linear combination: a sin(x + p) = a cos p sin x + ..."""
+    phases = [number for number in hypothesis.free if number.search == "phase" and not number.amplitude]
+    return phases[0] if len(phases) == 1 and sum(number.amplitude for number in hypothesis.free) == 1 else None
+
+
+def shape_tries(hypothesis: Hypothesis, times: Sequence[float] = (), given: Sequence[Mapping[str, float]] = ()) -> list[Values]:
+    """Values of the numbers that are no amplitudes: the first guess, then each number varied alone.
+
+    times [s] : where to look for a time. given : sets that are tried instead; whole numbers are still varied about the first of them.
+    """
+    shape = [number for number in hypothesis.free if not number.amplitude]
+    turning = quadrature(hypothesis)
+    start = {number.name: number.start for number in shape}
+    known = {number.name for number in shape if number is not turning}
+    tries = [start | {name: float(value) for name, value in values.items() if name in known} for values in given] or [start]
+    for number in shape:
+        if number is turning or (given and number.search != "order"):
+            continue
+        guesses = [float(value) for value in _guesses(number, times) if number.lower <= value <= number.upper]
+        tries += [tries[0] | {number.name: value} for value in guesses]
+    return [dict(one) for one in dict.fromkeys(tuple(sorted(one.items())) for one in tries)]
+
+
+def _guesses(number: FreeNumber, times: Sequence[float]) -> Sequence[float]:
+    if number.search == "scale":
+        return [number.start * factor for factor in FACTORS]
+    if number.search == "order":
+        return [*range(1, EVERY_ORDER + 1), *ORDERS]
+    if number.search == "phase":
+        return PHASES
+    return times if number.search == "time" else ()

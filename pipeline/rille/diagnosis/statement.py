@@ -1,0 +1,95 @@
+"""The verdict in words."""
+
+from collections.abc import Sequence
+
+from rille.model.diagnosis import Estimate, Group, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
+
+MOST_NAMES = 4
+
+
+def statement(
+    verdict: Verdict,
+    terms: Sequence[NamedTerm],
+    ranked: Sequence[RankedHypothesis],
+    groups: Sequence[Group],
+    location: Location,
+    leftover: float,
+    proof: Proof | None,
+    transients: Sequence[Transient],
+    limits: Sequence[str],
+) -> str:
+    """One paragraph: what it is, where, how sure, how much better, and what stays open. ``leftover``: share of the excess that is left."""
+    parts = [_what(verdict, terms, ranked, groups, leftover)]
+    if verdict != "nothing_missing" and location.sentence:
+        parts.append(location.sentence)
+    if transients:
+        parts.append(_pushes(transients))
+    if proof is not None and verdict not in ("nothing_missing", "cannot_know"):
+        parts.append(_proven(proof))
+    if verdict in ("cannot_know", "unknown", "group") and limits:
+        parts.append(limits[0])
+    return " ".join(sentence(part) for part in parts if part)
+
+
+def sentence(text: str) -> str:
+    """With a capital and a full stop."""
+    text = text.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+
+
+def number(estimate: Estimate) -> str:
+    """``torque 0.52 N m (0.50 to 0.54)``."""
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    interval = f" ({estimate.low:.3g} to {estimate.high:.3g})" if estimate.low < estimate.high else ""
+    return f"{estimate.name} {estimate.value:.3g}{unit}{interval}"
+
+
+def _named(term: NamedTerm) -> str:
+    numbers = ", ".join(number(e) for e in term.estimates[:3])
+    return f"{term.term.hypothesis.title}{f', {numbers}' if numbers else ''}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = [*names[:MOST_NAMES], *([f"{len(names) - MOST_NAMES} more"] if len(names) > MOST_NAMES else [])]
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+def _what(
+    verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], groups: Sequence[Group], leftover: float
+) -> str:
+    sure = f"; probability {100 * ranked[0].probability:.0f} %" if ranked else ""
+    explained = f"; explains {100 * (1 - leftover):.0f} % of what is beyond the noise" if 0 <= leftover <= 1 else ""
+    named = _listed([_named(term) for term in terms]) if terms else ""
+    if verdict == "nothing_missing":
+        return "nothing is missing: the model reproduces these recordings to their noise"
+    if verdict == "cannot_know":
+        return "the model differs from these recordings, but they cannot tell why"
+    if verdict == "sensor_fault":
+        return f"the model is not to blame, a sensor is: {named}{sure}{explained}"
+    if verdict == "parameter":
+        return f"no physics is missing, a number of the model is wrong: {named}{sure}{explained}"
+    if verdict == "group":
+        members = next((g.members for g in groups if g.number == ranked[0].group), ()) if ranked else ()
+        return f"one of these is missing, and these recordings cannot tell which: {_listed(members)}{sure}{explained}; best: {named}"
+    if verdict == "unknown":
+        nearest = f"; nearest is {ranked[0].title}, which explains {100 * ranked[0].explained:.0f} %" if ranked else ""
+        return f"something is missing that the catalogue has no name for{nearest}"
+    return f"{'this is' if len(terms) == 1 else 'these are'} missing in the model: {named}{sure}{explained}"
+
+
+def _pushes(transients: Sequence[Transient]) -> str:
+    strongest = max(transients, key=lambda t: abs(t.score))
+    unit = "N" if strongest.component.startswith("force") else "N m"
+    return (
+        f"{len(transients)} short {'push' if len(transients) == 1 else 'pushes'} found; the clearest at {strongest.peak_time:.2f} s of "
+        f"'{strongest.recording}': {strongest.component} of {strongest.amplitude:+.3g} +- {strongest.amplitude_error:.2g} {unit} at "
+        f"{strongest.target}"
+    )
+
+
+def _proven(proof: Proof) -> str:
+    return (
+        f"on {proof.held_out}, which the fit has not seen, the gap to the noise closes by {100 * proof.gap_closed:.0f} % "
+        f"({100 * proof.low:.0f} to {100 * proof.high:.0f} %): RMS {proof.before:.2f} to {proof.after:.2f} times the noise, floor "
+        f"{proof.floor:.2f}"
+    )
