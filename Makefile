@@ -21,7 +21,7 @@ PACKAGES := build-essential cmake ninja-build pkg-config \
 
 CPP_SOURCES := $(shell find solver schema/schema.sql -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.in' -o -name '*.sql' -o -name CMakeLists.txt \))
 
-.PHONY: help setup build demo test cpp-test sanitize fuzz examples maneuvers bench check format clean
+.PHONY: help setup build demo test cpp-test sanitize fuzz examples maneuvers bench bench-diagnosis check format clean
 
 help:  ## list the verbs
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
@@ -107,15 +107,19 @@ examples: build  ## run every example
 bench: build  ## measure steps per second, real-time factor and step-size error
 	@$(BIN)/python solver/benchmark/bench.py
 
+# QUICK=--quick takes a few trials of every sort. It goes on where it was interrupted; remove out/bench-diagnosis to begin anew.
+bench-diagnosis: build  ## diagnose recordings with one known thing wrong: confusion matrix, tables (hours; QUICK=--quick: a few trials)
+	@$(BIN)/python benchmark/diagnosis/bench.py run $(QUICK)
+
 check: build  ## lint, types, tests
-	@$(BIN)/ruff check pipeline tests solver examples terrain_library
-	$(BIN)/ruff format --check pipeline tests solver examples terrain_library
+	@$(BIN)/ruff check pipeline tests solver benchmark examples terrain_library
+	$(BIN)/ruff format --check pipeline tests solver benchmark examples terrain_library
 	$(BIN)/pyright
 	$(MAKE) test
 
 format: build  ## format the Python code
-	@$(BIN)/ruff check --fix pipeline tests solver examples terrain_library
-	$(BIN)/ruff format pipeline tests solver examples terrain_library
+	@$(BIN)/ruff check --fix pipeline tests solver benchmark examples terrain_library
+	$(BIN)/ruff format pipeline tests solver benchmark examples terrain_library
 
 clean:  ## remove everything that was built
 	rm -rf build $(VENV) $(OUT) .setup-*

@@ -2,19 +2,19 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rille import simulate, store
+from rille.cli.bench_rigs import bench_rig
+from rille.diagnosis.bench_diagnosis import diagnose_bench
 from rille.diagnosis.diagnose import diagnose
 from rille.model.diagnosis import Diagnosis
 
 
-def diagnose_files(database: Path, training: Sequence[str], held_out: Sequence[str], threads: int = 1, **options: Any) -> Diagnosis:
-    """The answer for recordings of a database by name. options : of ``diagnose``."""
-
-    def simulator(scenario: str) -> simulate.Replayer:
-        return simulate.Replayer(database, scenario or None, threads=threads)
-
-    recordings = [store.read_recording(database, name) for name in training]
-    others = [store.read_recording(database, name) for name in held_out]
-    return diagnose(simulator, recordings, others, kinds=store.effect_kinds(), **options)
+def diagnose_files(database: Path, training: Sequence[str], held_out: Sequence[str] = (), threads: int = 1) -> Diagnosis:
+    """The answer for recordings of a database by name."""
+    kinds = store.effect_kinds()
+    recordings, others = ([store.read_recording(database, name) for name in names] for names in (training, held_out))
+    if recordings[0].kind == "points":
+        rigs, aside = ([bench_rig(database, recording)[0] for recording in part] for part in (recordings, others))
+        return diagnose_bench(rigs, aside, kinds=kinds, model=str(database))
+    return diagnose(lambda scenario: simulate.Replayer(database, scenario or None, threads=threads), recordings, others, kinds=kinds)

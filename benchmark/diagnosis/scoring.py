@@ -18,6 +18,7 @@ SYNONYMS: Mapping[tuple[str, str], tuple[str, ...]] = {
     ("parameter", "mass"): ("mass_change",),
     ("parameter", "viscous_friction"): ("viscous_friction.coefficient",),
     ("parameter", "frictional_modulus"): ("stiffness",),  # of both moduli; the cohesive one is small in this soil
+    ("effect", "exit_angle"): ("exit_sinkage_ratio",),  # a change of lambda, as effect or as number
 }
 
 
@@ -96,6 +97,8 @@ def _is_truth(entry: RankedHypothesis, truth: Truth, machine: Subject) -> bool:
 def same(hypothesis: Hypothesis, truth: Truth, machine: Subject) -> bool:
     """Whether a hypothesis says what is wrong."""
     kinds = (truth.kind, *SYNONYMS.get((truth.cause, truth.kind), ()))
+    if hypothesis.kind != truth.kind and hypothesis.target_kind == "soil":  # every wheel stands on it
+        return hypothesis.kind in kinds
     return hypothesis.kind in kinds and _same_target(hypothesis, truth, machine)
 
 

@@ -43,8 +43,9 @@ SOIL = Soil(
 class Subject:
     """A machine as diagnosis knows it.
 
-    effects : physics that the model has. gravity : in W [m/s^2]. step : of the model that diagnosis runs [s]. duration : of a recording [s].
-    targets : kind of target (joint, driven, body, wheel, world, terrain) -> names. kind : of its recordings, ``time`` or ``points``.
+    effects : physics that the model has. gravity : in W [m/s^2]. step : of the model that diagnosis runs [s].
+    duration : of a recording [s]. targets : kind of target (joint, driven, body, wheel, world, terrain) -> names.
+    kind : of its recordings, ``time`` or ``points``.
     """
 
     name: str

@@ -74,8 +74,8 @@ def _row(scores: Sequence[dict]) -> dict:
 
 
 HEADER = (
-    "| what | n | right name % | right group % | right sort % | abstained % | wrong name % | right target % | located % | amplitude off by % "
-    "| G | s |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n"
+    "| what | n | right name % | right group % | right sort % | abstained % | wrong name % | right target % | located % "
+    "| amplitude off by % | G | s |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n"
 )
 
 

@@ -8,6 +8,7 @@ from machines import LUNAR_SOIL, cart, chain
 from made_machines import machine_of
 from rille.diagnosis.limits import limits
 from rille.model import Drive
+from rille.model.difference import Difference, WindowDifference
 from rille.model.recording import Channel, Recording
 
 TIME = np.arange(0, 20, 0.01)
@@ -72,6 +73,19 @@ def test_short_and_noiseless():
     assert "noise of 'w hinge1' is not stated" in said(
         ARM, speed("hinge1", SWING, noise=None), speed("hinge2", SWING), torque("hinge1", LOAD)
     )
+
+
+def test_a_model_that_diverges():
+    window = WindowDifference(recording="r", number=0, rank=1, start=0.0, stop=0.5, n=0, normalised=9.0, chi2=9.0, degrees=1.0, p=0.0)
+    windows = (replace(window, ended="joint 'hinge1' is too fast"), replace(window, number=1))
+    difference = Difference(
+        model="m", recordings=("r",), mode="windows", differs=True, sentence="", chi2_per_degree=9.0, channels=(), windows=windows,
+        targets=(), regimes=(), runs=(),
+    )  # fmt: skip
+    (text,) = limits(
+        [Recording(name="r", channels=(speed("hinge1", SWING), speed("hinge2", SWING), torque("hinge1", LOAD)))], ARM, difference
+    )
+    assert "ends early in 1 of 2 windows (joint 'hinge1' is too fast)" in text
 
 
 def test_rovers():

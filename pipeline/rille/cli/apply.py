@@ -22,24 +22,31 @@ def apply(
     Example: rille apply rover.db diagnosis-1 -o improved.db
     """
     from rille import __version__, store
-    from rille.cli.proposal import known_scenario, proposal
+    from rille.cli.proposal import proposal
     from rille.diagnosis.diagnosis_json import TITLES, plain, setting_of
     from rille.model import InputRefused
 
     found = store.find_finding(database, finding)
     setting = setting_of(found.setting)
-    scenario = known_scenario(database, str(found.detail.get("scenario") or ""))
-    effects, parameters = proposal(database, setting, scenario)
-    if not effects and not parameters:
+    proposed = proposal(database, setting, str(found.detail.get("scenario") or ""))
+    if not proposed.changes:
         raise InputRefused(
             f"finding '{found.name}' ({TITLES[found.verdict]}) proposes no change of the model: {found.sentence}"  # type: ignore[index]
         )
-    changes = store.planned_changes(database, effects, parameters, scenario)
-    store.improve(database, output, effects, parameters, why=found.name, tool=f"rille {__version__} apply", scenario=scenario)
+    store.improve(
+        database,
+        output,
+        proposed.effects,
+        proposed.parameters,
+        why=found.name,
+        tool=f"rille {__version__} apply",
+        scenario=proposed.scenario,
+        soils=proposed.soils,
+    )
     if as_json:
-        print_json({"finding": found.name, "database": str(output), "changes": plain(changes)})
+        print_json({"finding": found.name, "database": str(output), "changes": plain(proposed.changes)})
         return
-    for change in changes:
+    for change in proposed.changes:
         before = "new" if change.before is None else f"{change.before:.6g} ->"
         unit = "" if change.unit in ("1", "-") else f" {change.unit}"
         print(f"{change.table:9s} {change.row:32s} {change.column:24s} {before} {change.after:.6g}{unit}")

@@ -1,7 +1,7 @@
 """``rille diagnose``: what a model lacks, by the recordings that it does not reproduce."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -49,8 +49,7 @@ def diagnose(
     Example: rille diagnose pendulum.db 'acrobot/*' --without sensor --json
     """
     from rille import store
-    from rille.cli.simulators import simulators
-    from rille.diagnosis.diagnose import Options, diagnose
+    from rille.diagnosis.diagnose import Options
     from rille.diagnosis.diagnosis_json import diagnosis_json, diagnosis_lines
     from rille.model import InputRefused
     from rille.model.quantity import to_si
@@ -64,11 +63,9 @@ def diagnose(
     training, aside = _named(database, recording, held_out, scenario)
     options = Options(window=length, most=most, only=tuple(only or ()), without=tuple(without or ()))
     stages = _stages(database, training, aside, options, fresh)
-    with progress("diagnosing") as update, simulators(database, cluster) as simulator_of:
+    with progress("diagnosing") as update:
         try:
-            diagnosis = diagnose(
-                simulator_of, training, aside, kinds=store.effect_kinds(), options=options, stage=stages, on_progress=update
-            )
+            diagnosis = _diagnosed(database, training, aside, options, cluster, stages, update)
         except KeyboardInterrupt:
             say("finished stages are kept; the same command goes on from there")
             raise
@@ -155,6 +152,40 @@ def _stages(database: Path, training: Sequence["Recording"], aside: Sequence["Re
     return stages
 
 
+def _diagnosed(
+    database: Path,
+    training: Sequence["Recording"],
+    aside: Sequence["Recording"],
+    options: "Options",
+    cluster: str | None,
+    stages: "Stages",
+    update: Callable[[str, float], None],
+) -> "Diagnosis":
+    """Recordings over time by replays, bench points by the bench."""
+    from rille import store
+    from rille.cli.bench_rigs import bench_rig
+    from rille.cli.simulators import simulators
+    from rille.diagnosis.bench_diagnosis import diagnose_bench
+    from rille.diagnosis.candidates import of_kind
+    from rille.diagnosis.diagnose import diagnose
+
+    kinds = store.effect_kinds()
+    if training[0].kind == "points":
+        rigs, others = ([bench_rig(database, r)[0] for r in part] for part in (training, aside))
+        return diagnose_bench(
+            rigs,
+            others,
+            kinds=kinds,
+            model=str(database),
+            most=options.most,
+            chosen=lambda hypotheses: of_kind(hypotheses, only=options.only, without=options.without),
+            stage=stages,
+            on_progress=update,
+        )
+    with simulators(database, cluster) as simulator_of:
+        return diagnose(simulator_of, training, aside, kinds=kinds, options=options, stage=stages, on_progress=update)
+
+
 def _finding(diagnosis: "Diagnosis", numbers: dict[str, Any]) -> "Finding":
     from rille.model.finding import Finding
 
@@ -176,24 +207,25 @@ def _finding(diagnosis: "Diagnosis", numbers: dict[str, Any]) -> "Finding":
 def _write_report(path: Path, database: Path, diagnosis: "Diagnosis", numbers: dict[str, Any], finding: str, stages: "Stages") -> None:
     """The page, with the machine and the ground of the model, and the curves that the stages have."""
     from rille import store
-    from rille.cli.proposal import known_scenario, proposal
+    from rille.cli.proposal import proposal
     from rille.diagnosis.difference import find_difference
     from rille.view.diagnosis_report import write_diagnosis_report
 
     comparisons = stages.get("comparisons") or ()
-    scenario = known_scenario(database, diagnosis.scenario)
-    effects, parameters = proposal(database, diagnosis.setting, scenario)
+    proof = stages.get("proof")
+    improved = stages.get("improved") or (proof[1] if isinstance(proof, tuple) else ())
+    proposed = proposal(database, diagnosis.setting, diagnosis.scenario)
     points = any(comparison.mode == "points" for comparison in comparisons)
-    terrain = None if points or scenario is None else store.read_scenario(database, scenario).terrain
+    terrain = None if points or proposed.scenario is None else store.read_scenario(database, proposed.scenario).terrain
     write_diagnosis_report(
         path,
         diagnosis,
         numbers,
         finding=finding,
-        changes=store.planned_changes(database, effects, parameters, scenario),
+        changes=proposed.changes,
         difference=stages.get("difference") or (find_difference(comparisons) if comparisons else None),
         comparisons=comparisons,
-        improved=stages.get("improved") or (),
+        improved=improved,
         rover=None if points else store.read_rover(database),
         terrain=store.read_terrain(database, terrain) if terrain is not None else None,
     )

@@ -21,7 +21,7 @@ def simulators(database: Path, cluster: str | None) -> Iterator[Callable[[str], 
     if cluster is None:
         yield lambda scenario: simulate.Replayer(database, scenario or None)
         return
-    from rille.simulate.cluster import connected
+    from rille.simulate.cluster import ClusterReplayer, connected
 
     with connected(cluster) as client:
-        yield lambda scenario: simulate.ClusterReplayer(client, database, scenario or None)
+        yield lambda scenario: ClusterReplayer(client, database, scenario or None)

@@ -26,7 +26,7 @@ def setting_effects(setting: Setting, values: Mapping[str, float]) -> tuple[tupl
             continue
         hypothesis = term.hypothesis
         if hypothesis.cause == "effect":
-            effects.append(Effect(kind=hypothesis.kind, target=hypothesis.target or "*", parameters=term.numbers))
+            effects.append(Effect(kind=hypothesis.kind, target=hypothesis.target or "*", parameters={**hypothesis.words, **term.numbers}))
         elif hypothesis.cause == "parameter":
             absent = {number.name: number.absent for number in hypothesis.free}
             for number, parameter, factor in hypothesis.moves:

@@ -1,12 +1,14 @@
 """The answer of a bench search as a diagnosis says it: ranking, groups, intervals, proof."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import t as t_distribution
 
 from rille.diagnosis.bench_calibration import Calibrated, free_numbers
 from rille.diagnosis.bench_evidence import BenchEvidence
+from rille.diagnosis.bench_hypotheses import unit_of_soil
 from rille.diagnosis.bench_rig import LOG
 from rille.diagnosis.bench_search import BenchFound, Rival, Round, without
 from rille.diagnosis.evidence import Array
@@ -14,7 +16,7 @@ from rille.diagnosis.found import named_terms
 from rille.diagnosis.weights import probabilities
 from rille.model import EffectKind
 from rille.model.diagnosis import ChannelFit, Estimate, Group, NamedTerm, Proof, RankedHypothesis
-from rille.model.hypothesis import Setting
+from rille.model.hypothesis import Setting, Term
 
 AT_BOUND = 1e-6  # [spread]
 
@@ -53,30 +55,32 @@ def term_estimates(fitted: Calibrated, windows: int) -> list[tuple[Estimate, ...
     return result
 
 
+def shown(estimates: Sequence[tuple[Estimate, ...]], setting: Setting, kinds: Mapping[str, EffectKind]) -> tuple[NamedTerm, ...]:
+    """Terms with their intervals; a parameter in its own unit instead of the logarithm of a factor."""
+    return named_terms([_absolute(term, each) for term, each in zip(setting, estimates, strict=True)], setting, kinds)
+
+
+def _absolute(term: Term, estimates: tuple[Estimate, ...]) -> tuple[Estimate, ...]:
+    hypothesis = term.hypothesis
+    if hypothesis.target_kind != "soil" or hypothesis.free[0].name != LOG:
+        return estimates
+    ((_, _, value),) = hypothesis.moves
+    (one,) = estimates
+    low, mid, high = (value * float(np.exp(x)) for x in (one.low, one.value, one.high))
+    return (replace(one, name=hypothesis.kind, unit=unit_of_soil(hypothesis.kind), value=mid, low=low, high=high),)
+
+
 def soil_terms(fitted: Calibrated, windows: int) -> tuple[NamedTerm, ...]:
-    """Numbers of the model that a calibration has moved beyond their interval, in the units of the model, the surest first."""
+    """Numbers of the soil that a calibration has moved beyond their interval, in the units of the model, the surest first."""
     rows = []
-    for term, (estimate,) in zip(fitted.setting, [e for e in term_estimates(fitted, windows) if len(e) == 1], strict=False):
+    for term, each in zip(fitted.setting, term_estimates(fitted, windows), strict=True):
         hypothesis = term.hypothesis
-        if hypothesis.cause != "parameter" or hypothesis.target_kind != "soil":
+        if hypothesis.target_kind != "soil":
             continue
-        (number,) = hypothesis.free
-        if estimate.low <= number.absent <= estimate.high:
-            continue
-        surety = abs(estimate.value - number.absent) / max(estimate.high - estimate.low, 1e-12)
-        if number.name == LOG:
-            ((_, _, value),) = hypothesis.moves
-            low, mid, high = (value * float(np.exp(x)) for x in (estimate.low, estimate.value, estimate.high))
-            estimate = Estimate(
-                name=hypothesis.kind,
-                unit="SI",
-                value=mid,
-                low=low,
-                high=high,
-                at_bound=estimate.at_bound,
-                conditioning=estimate.conditioning,
-            )
-        rows.append((surety, NamedTerm(term=term, estimates=(estimate,))))
+        (number,), (one,) = hypothesis.free, each
+        if not one.low <= number.absent <= one.high:
+            surety = abs(one.value - number.absent) / max(one.high - one.low, 1e-12)
+            rows.append((surety, NamedTerm(term=term, estimates=_absolute(term, each))))
     return tuple(named for _, named in sorted(rows, key=lambda row: -row[0]))
 
 
@@ -116,13 +120,13 @@ def _row(one: Round, k: int, probability: float, evidence: BenchEvidence, kinds:
     loses = ""
     if k not in one.group:
         loses = (
-            f"predicts curves that were left out {one.behind[k]:.1f} +- {one.behind_error[k]:.1f} nats worse than {one.rivals[0].title}: "
+            f"predicts points left out {one.behind[k]:.1f} +- {one.behind_error[k]:.1f} nats worse than {one.rivals[0].title}: "
             f"RMS {_rms(rival.held_out):.2f} against {_rms(one.rivals[0].held_out):.2f} times the noise"
         )
     elif k > 0:
         loses = f"does not lose: behind by {one.behind[k]:.1f} +- {one.behind_error[k]:.1f} nats only"
     return RankedHypothesis(
-        terms=named_terms(numbers[len(numbers) - count :], rival.extra, kinds),
+        terms=shown(numbers[len(numbers) - count :], rival.extra, kinds),
         title=rival.title,
         cause=rival.extra[-1].hypothesis.cause,
         probability=probability,
@@ -156,7 +160,7 @@ def gap_closed(before: Array, after: Array) -> float:
 def proof(
     evidence: BenchEvidence, before: Array, after: Array, part: Array, how: str, ablation: tuple[tuple[str, float], ...] = ()
 ) -> Proof:
-    """Residuals (N,) of points that were not fitted, before and after. part (N,) : what is left out at a time for the interval (jackknife)."""
+    """Residuals (N,) of points that were not fitted, before and after. part (N,) : what is left out for the interval (jackknife)."""
     whole = gap_closed(before, after)
     names = np.unique(part)
     n = len(names)
@@ -205,7 +209,7 @@ def accepted_terms(found: BenchFound, evidence: BenchEvidence, kinds: Mapping[st
     """The pieces of the answer with intervals."""
     best: Rival = found.best
     numbers = term_estimates(best.whole, len(evidence.labels))
-    return named_terms(numbers[len(numbers) - len(best.extra) :] if best.extra else [], best.extra, kinds)
+    return shown(numbers[len(numbers) - len(best.extra) :] if best.extra else [], best.extra, kinds)
 
 
 def applied(setting: Setting, without_lugs: Sequence[str], needs_lugs: Sequence[str]) -> tuple[Setting, tuple[str, ...]]:

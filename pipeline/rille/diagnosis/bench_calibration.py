@@ -154,7 +154,7 @@ def calibrate(evidence: BenchEvidence, open_numbers: Setting, *, begins: Sequenc
 
 def spread_soils(size: int) -> Array:
     """(TRIED, size) [spreads] steps about a soil, evenly."""
-    return qmc.scale(qmc.Sobol(size, seed=1).random(TRIED), -REACH, REACH)
+    return qmc.scale(qmc.Sobol(size, seed=1).random(TRIED), -REACH, REACH) if size else np.zeros((1, 0))
 
 
 def calibrate_shared(evidence: BenchEvidence, open_numbers: Setting) -> Calibrated:

@@ -11,11 +11,12 @@ from rille.diagnosis.bench_answer import ablation, accepted_terms, applied, proo
 from rille.diagnosis.bench_calibration import calibrate_shared, free_numbers, plain
 from rille.diagnosis.bench_difference import compare_bench
 from rille.diagnosis.bench_evidence import BenchEvidence, gather_bench
-from rille.diagnosis.bench_hypotheses import bench_hypotheses, conditional, open_terms
+from rille.diagnosis.bench_hypotheses import bench_hypotheses, conditional, open_terms, soil_hypotheses
 from rille.diagnosis.bench_rig import BenchRig, responses
-from rille.diagnosis.bench_search import BenchFound, search_bench
+from rille.diagnosis.bench_search import BenchFound, search_bench, simpler
 from rille.diagnosis.difference import find_difference
 from rille.diagnosis.statement import statement
+from rille.diagnosis.weights import probabilities
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import Diagnosis, Group, Location, NamedTerm, Proof, RankedHypothesis, TargetScore, Verdict
@@ -47,8 +48,8 @@ def diagnose_bench(
     Parameters
     ----------
     rigs, held_out : recordings of points with their benches; of all rigs parts are left out in turn, ``held_out`` are not fitted at all.
-    kinds : the catalogue. most : pieces of an answer at most. chosen : which hypotheses to try. known_soils : that are not fitted; those whose
-    provenance is ``measured`` never are. stage : keeps what is computed under a name. on_progress : told what is done, and its share.
+    kinds : the catalogue. most : pieces of an answer at most. chosen : which hypotheses to try. known_soils : that are not fitted; those
+    whose provenance is ``measured`` never are. stage : keeps what is computed under a name. on_progress : told what is done, and its share.
 
     Raises
     ------
@@ -79,15 +80,35 @@ def diagnose_bench(
     hypotheses = tuple(chosen(bench_hypotheses(rigs, kinds)))
 
     def searched() -> BenchFound:
-        on_progress("calibrating the soil", 0.05)
-        calibrated = calibrate_shared(evidence, open_numbers)
-        return search_bench(evidence, hypotheses, calibrated, most=most, on_progress=lambda what, part: on_progress(what, 0.1 + 0.8 * part))
+        numbers = soil_hypotheses(open_numbers)
+        free = tuple(term for term in open_numbers if term.hypothesis.target_kind != "soil")
+        closed = search_bench(
+            evidence,
+            (*hypotheses, *chosen(numbers)),
+            calibrate_shared(evidence, free),
+            most=most,
+            on_progress=lambda what, part: on_progress(what, 0.05 + 0.15 * part),
+        )
+        if not numbers or not closed.differs:
+            return closed
+        on_progress("calibrating the soil", 0.2)
+        opened = search_bench(
+            evidence,
+            hypotheses,
+            calibrate_shared(evidence, open_numbers),
+            most=most,
+            on_progress=lambda what, part: on_progress(what, 0.3 + 0.6 * part),
+        )
+        return simpler(evidence, closed, opened)
 
     found: BenchFound = stage("search", searched)
     catalogue = {kind.name: kind for kind in kinds}
     ranked, groups = ranking(found, evidence, catalogue)
     terms = accepted_terms(found, evidence, catalogue)
     verdict, limit = _verdict(found, evidence, groups, conditional(rigs, kinds))
+    if verdict == "group" and not any(group.number == 0 for group in groups):
+        members = (ranked[0].title, "another law of slip or load")
+        groups = (Group(number=0, members=members, probability=ranked[0].probability, correlation=1.0, sentence=limit), *groups)
     if verdict == "parameter" and not terms:
         terms = soil_terms(found.best.whole, len(evidence.labels))
         ranked, groups = (_soil_row(found, terms),), ()
@@ -137,9 +158,8 @@ def _verdict(found: BenchFound, evidence: BenchEvidence, groups: Sequence[Group]
         return ("cannot_know" if share > 1 - UNKNOWN else "unknown"), ""
     if found.leftover > UNKNOWN:
         return "unknown", ""
-    members = {term.hypothesis for term in accepted} | {
-        one.rivals[k].extra[-1].hypothesis for one in found.rounds[: len(accepted)] for k in one.group
-    }
+    tied = [one.rivals[k].extra[-1].hypothesis for one in found.rounds[: len(accepted)] for k in one.group]
+    members = [*(term.hypothesis for term in accepted), *tied]
     for hypothesis in members:
         if hypothesis.cause == "effect" and hypothesis.kind in conditions:
             what = conditions[hypothesis.kind]
@@ -147,19 +167,23 @@ def _verdict(found: BenchFound, evidence: BenchEvidence, groups: Sequence[Group]
                 f"the {what} was the same at all points, so that {hypothesis.title} cannot be told from another dependence on slip or load; "
                 f"points at two or more values of the {what} would tell"
             )
-    if {term.hypothesis.cause for term in accepted} == {"sensor"} and {h.cause for h in members} == {"sensor"}:
+    causes = {hypothesis.cause for hypothesis in members}
+    if causes == {"sensor"}:
         return "sensor_fault", ""
+    if causes == {"parameter"}:
+        return "parameter", ""
     return ("group" if groups else "named"), ""
 
 
 def _soil_row(found: BenchFound, terms: Sequence[NamedTerm]) -> RankedHypothesis:
     """Numbers of the soil as the one answer."""
     title = f"numbers of {', '.join(dict.fromkeys(t.term.hypothesis.target for t in terms)) or 'the soil'}"
+    weight, _ = probabilities(np.zeros(1), np.zeros(1), found.leftover)
     return RankedHypothesis(
         terms=tuple(terms),
         title=title,
         cause="parameter",
-        probability=float("nan"),
+        probability=float(weight[0]),
         gain=float("nan"),
         gain_error=float("nan"),
         explained=1.0,

@@ -181,7 +181,9 @@ def _evidence(
     )
 
 
-def _pieces(rig: int, rigs: Sequence[BenchRig], points: BenchPoints, curves: Curves, groups: Whole, known: list[Array]) -> list[_Piece]:
+def _pieces(
+    rig: int, rigs: Sequence[BenchRig], points: BenchPoints, curves: Curves, groups: Whole, known: list[NDArray[np.bool_]]
+) -> list[_Piece]:
     """The curves of a rig; each in pieces along its sweep, repeats together, where there are few of them, or few of one of its channels.
 
     known : (n,) flags of the points that each channel has a value at.

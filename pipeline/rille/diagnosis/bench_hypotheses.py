@@ -8,15 +8,20 @@ the points cannot tell from the soil; ``conditional`` says of which hypotheses t
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rille.diagnosis.bench_rig import FAULTS, LOAD, LOG, BenchRig, responses
+from rille.diagnosis.bench_rig import FAULTS, LOAD, LOG, WHOLE, BenchRig, responses
+from rille.diagnosis.parameter_hypotheses import DOUBTS
 from rille.diagnosis.soil_fit import PARAMETERS
 from rille.model import EffectKind, InputRefused
 from rille.model.bench import RESPONSES
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
+from rille.model.recording import Channel
 
 FELT = 1e-6  # [of the response] change below which a number has no influence on a bench
 FARTHEST = 3.0  # [1 sigma] of a load from what the manifest says
+SAME = 0.05  # [of the mean] range up to which a condition counts as the same
+APART = 0.03  # [of its change] by which a number must do something else than the amplitudes
 REFERENCE = "reference_"  # begins the name of a number that is a convention: the value of a condition that an amplitude belongs to
 ZERO_SPREAD = 10.0  # [ranges of the channel] 1 sigma of a zero that is not known
 
@@ -42,7 +47,14 @@ def open_terms(rigs: Sequence[BenchRig], fixed_soils: Sequence[str] = ()) -> Set
             else:
                 lower, upper = min(how.lower, value), max(how.upper, value)
                 number = FreeNumber(
-                    name=name, unit="SI", amplitude=True, lower=lower, upper=upper, start=value, spread=how.spread, absent=value
+                    name=name,
+                    unit=unit_of_soil(name),
+                    amplitude=True,
+                    lower=lower,
+                    upper=upper,
+                    start=value,
+                    spread=how.spread,
+                    absent=value,
                 )
                 moves = ((name, solver, 1.0),)
             made = Hypothesis(cause="parameter", kind=name, target=soil.name, target_kind="soil", free=(number,), moves=moves)
@@ -56,7 +68,8 @@ def open_terms(rigs: Sequence[BenchRig], fixed_soils: Sequence[str] = ()) -> Set
         for name in rig.unknown_zeros:
             known = rig.recording.channel(name).value
             size = ZERO_SPREAD * float(np.ptp(known[np.isfinite(known)]))
-            number = FreeNumber(name="offset", unit="SI", amplitude=True, lower=-10 * size, upper=10 * size, start=0.0, spread=size)
+            unit = rig.recording.channel(name).unit
+            number = FreeNumber(name="offset", unit=unit, amplitude=True, lower=-10 * size, upper=10 * size, start=0.0, spread=size)
             target = f"{rig.recording.name}/{name}"
             terms.append(Hypothesis(cause="sensor", kind="bias", target=target, target_kind="channel", free=(number,)).at())
     return tuple(terms)
@@ -72,9 +85,19 @@ def bench_hypotheses(rigs: Sequence[BenchRig], kinds: Sequence[EffectKind]) -> t
     return tuple(hypothesis for hypothesis in made if hypothesis is not None)
 
 
+def soil_hypotheses(open_numbers: Setting) -> tuple[Hypothesis, ...]:
+    """Each open number of a soil as the only one that is wrong."""
+    return tuple(term.hypothesis for term in open_numbers if term.hypothesis.target_kind == "soil")
+
+
+def unit_of_soil(name: str) -> str:
+    """Unit of a number of a soil."""
+    return DOUBTS["soil"][name].unit
+
+
 def conditional(rigs: Sequence[BenchRig], kinds: Sequence[EffectKind]) -> dict[str, str]:
     """Effects that speak of a condition which was the same at all points, with that condition: {"plate_size": "width"}."""
-    same = [name for name, values in _conditions(rigs).items() if np.ptp(values) <= 0.05 * np.mean(values)]
+    same = [name for name, values in _conditions(rigs).items() if np.ptp(values) <= SAME * np.mean(values)]
     return {
         kind.name: parameter.name.removeprefix(REFERENCE)
         for kind in kinds
@@ -88,7 +111,7 @@ def _conditions(rigs: Sequence[BenchRig]) -> Mapping[str, list[float]]:
     return {"speed": [rig.speed for rig in rigs], "width": [rig.shape.width for rig in rigs]}
 
 
-def _measured(rig: BenchRig) -> list:
+def _measured(rig: BenchRig) -> list[Channel]:
     bad = rig.recording.flagged("bad_channel", "stuck")
     given = {f"wheel.{name}" for name in RESPONSES}
     return [c for c in rig.recording.with_role("observed") if c.quantity in given and c.name not in (*bad, *rig.unknown_zeros)]
@@ -97,6 +120,7 @@ def _measured(rig: BenchRig) -> list:
 def _effect(rigs: Sequence[BenchRig], kind: EffectKind, target: str) -> Hypothesis | None:
     """An effect on a wheel with the numbers that are felt free; None if nothing of it is felt."""
     natural = {f"{REFERENCE}{name}": float(np.exp(np.mean(np.log(values)))) for name, values in _conditions(rigs).items()}
+    varied = {f"{REFERENCE}{name}" for name, values in _conditions(rigs).items() if np.ptp(values) > SAME * np.mean(values)}
     fixed = {p.name: natural.get(p.name, p.typical) for p in kind.parameters if not p.amplitude}
     free = [
         FreeNumber(
@@ -105,8 +129,8 @@ def _effect(rigs: Sequence[BenchRig], kind: EffectKind, target: str) -> Hypothes
             amplitude=p.amplitude,
             lower=p.lower,
             upper=p.upper,
-            start=p.typical,
-            spread=p.spread,
+            start=natural.get(p.name, p.typical),
+            spread=0.3 * natural[p.name] if p.name in natural else p.spread,
             search=p.search if p.search in ("local", "scale", "phase", "order", "place", "time") else "local",  # pyright: ignore[reportArgumentType]
         )
         for p in kind.parameters
@@ -119,9 +143,9 @@ def _effect(rigs: Sequence[BenchRig], kind: EffectKind, target: str) -> Hypothes
             return None
         left = []
         for p, number in zip(kind.parameters, free, strict=True):
-            if number.amplitude:
-                left.append(number)
-            elif p.search != "fixed" and p.name not in natural and _felt(rigs, whole, usual, {p.name: _other(number)}):
+            # A reference that is a convention is one no more where the condition varies and the soil is known.
+            told = p.name in varied if p.name in natural else p.search != "fixed"
+            if number.amplitude or (told and _tells(rigs, whole, usual, number)):
                 left.append(number)
     except InputRefused:  # an effect that this wheel or soil cannot have
         return None
@@ -137,6 +161,19 @@ def _effect(rigs: Sequence[BenchRig], kind: EffectKind, target: str) -> Hypothes
     )
 
 
+def _tells(rigs: Sequence[BenchRig], whole: Hypothesis, usual: Mapping[str, float], number: FreeNumber) -> bool:
+    """Whether a number changes something, and something else than the amplitudes do."""
+    change = _change(rigs, whole, usual, {number.name: _other(number)})
+    if np.abs(change).max(initial=0.0) <= FELT:
+        return False
+    if not number.name.startswith(REFERENCE):
+        return True
+    small = _change(rigs, whole, usual, {number.name: usual[number.name] * 1.01})
+    near = np.stack([_change(rigs, whole, usual, {n.name: 0.99 * usual[n.name]}) for n in whole.free if n.amplitude], axis=1)
+    left = small - near @ np.linalg.lstsq(near, small, rcond=None)[0]
+    return float(np.linalg.norm(left)) > APART * float(np.linalg.norm(small))
+
+
 def _other(number: FreeNumber) -> float:
     """A value of a number that is clearly another than its first guess."""
     return number.start + number.spread if number.start + number.spread <= number.upper else number.start - number.spread
@@ -148,33 +185,44 @@ def _fault(rig: BenchRig, channel: str, kind: EffectKind) -> Hypothesis | None:
     largest = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 0.0
     if largest == 0:
         return None
-    units = {"SI": largest, "1/SI": 1 / largest}
+    target = f"{rig.recording.name}/{channel}"
+    if kind.name in WHOLE:
+        return Hypothesis(cause="sensor", kind=kind.name, target=target, target_kind="channel", free=(), fixed=WHOLE[kind.name])
+    sizes = {"SI": largest, "1/SI": 1 / largest}
+    unit = rig.recording.channel(channel).unit
     free = [
         FreeNumber(
             name=p.name,
-            unit=p.unit,
+            unit=p.unit.replace("SI", unit),
             amplitude=p.amplitude,
             lower=p.lower,
             upper=p.upper,
-            start=0.1 * units[p.unit] if p.unit in units else p.typical,
-            spread=0.1 * units[p.unit] if p.unit in units else p.spread,
+            start=0.1 * sizes[p.unit] if p.unit in sizes else p.typical,
+            spread=0.1 * sizes[p.unit] if p.unit in sizes else p.spread,
         )
         for p in kind.parameters
     ]
-    return Hypothesis(cause="sensor", kind=kind.name, target=f"{rig.recording.name}/{channel}", target_kind="channel", free=tuple(free))
+    return Hypothesis(cause="sensor", kind=kind.name, target=target, target_kind="channel", free=tuple(free))
 
 
 def _felt(rigs: Sequence[BenchRig], hypothesis: Hypothesis, values: Mapping[str, float], other: Mapping[str, float] | None = None) -> bool:
     """Whether something that was measured changes between these numbers and the others (None: those of the model)."""
+    return bool(np.abs(_change(rigs, hypothesis, values, other)).max(initial=0.0) > FELT)
+
+
+def _change(
+    rigs: Sequence[BenchRig], hypothesis: Hypothesis, values: Mapping[str, float], other: Mapping[str, float] | None
+) -> NDArray[np.float64]:
+    """What changes in all that was measured, relative to the largest of each response; 1 where a point is carried with one of them only."""
     usual = hypothesis.at(values)
     base: Setting = () if other is None else (hypothesis.at({**values, **other}),)
+    parts = [np.empty(0)]
     for rig in rigs:
         measured = {c.quantity.rpartition(".")[2] for c in rig.recording.with_role("observed")}
         points = rig.conditions.where(np.isfinite(rig.conditions.load + rig.conditions.slip_ratio + rig.conditions.slip_angle))
         one, two = responses(rig, points, base)[0], responses(rig, points, (usual,))[0]
-        for name in measured & set(RESPONSES):
+        for name in sorted(measured & set(RESPONSES)):
             a, b = getattr(one, name), getattr(two, name)
-            known = np.isfinite(a) & np.isfinite(b)
-            if np.any(np.isfinite(a) != np.isfinite(b)) or np.any(np.abs(a - b)[known] > FELT * np.abs(a[known]).max(initial=1e-12)):
-                return True
-    return False
+            size = float(np.nanmax(np.abs(a), initial=1e-12))
+            parts.append(np.where(np.isfinite(a) & np.isfinite(b), (b - a) / size, np.isfinite(a) != np.isfinite(b)))
+    return np.concatenate(parts)

@@ -79,10 +79,10 @@ def changed_soil(soil: Soil, setting: Setting) -> Soil:
         if term.hypothesis.target_kind == "soil" and term.hypothesis.target in ("*", soil.name):
             for parameter, factor in parameter_factors(term).items():
                 name = parameter.rpartition(".")[2]
-                values[name] = values.get(name, getattr(soil, name)) * factor
+                values[name] = values.get(name, float(getattr(soil, name))) * factor
             for parameter, offset in parameter_offsets(term).items():
                 name = parameter.rpartition(".")[2]
-                values[name] = values.get(name, getattr(soil, name)) + offset
+                values[name] = values.get(name, float(getattr(soil, name))) + offset
     return replace(soil, **values) if values else soil  # pyright: ignore[reportArgumentType]
 
 
@@ -129,3 +129,4 @@ FAULTS = {  # of single points: what has to do with time is not among them
     "saturation": _saturated,
     "wrong_sign": lambda values, numbers: values * (1 - 2 * numbers["flip"]),
 }
+WHOLE = {"wrong_sign": {"flip": 1.0}}  # faults that are there or not, with their numbers

@@ -32,8 +32,8 @@ SIZES = (0.5, -0.5)  # [spreads] by which amplitudes are tried
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rival:
-    """One answer to the same question. extra : its terms. whole : fitted to all points. held_out (N,) [sigma] : residuals predicted for
-    each part by the fit without it.
+    """One answer to the same question. extra : its terms. whole : fitted to all points. held_out (N,) [sigma] : residuals predicted
+    for each part by the fit without it.
     """
 
     extra: Setting
@@ -48,8 +48,8 @@ class Rival:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
-    """What was tried on top of what had been accepted. base : that. rivals : best prediction first. gain, error (m,) [nats] : of each over the
-    base; behind, behind_error (m,) : of the first over each. group : number of rivals, from the first, that cannot be told from it.
+    """What was tried on top of what had been accepted. base : that. rivals : best prediction first. gain, error (m,) [nats] : of each
+    over the base; behind, behind_error (m,) : of the first over each. group : number of rivals, from the first, that cannot be told from it.
     """
 
     base: Rival
@@ -64,8 +64,8 @@ class Round:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchFound:
-    """rounds : one per accepted piece, and the last that found none. extra : accepted terms. best : the final fit. excess : chi-squared beyond
-    the degrees of the calibrated base; leftover : share of it that is left. differs : whether anything was beyond the noise.
+    """rounds : one per accepted piece, and the last that found none. first : without any; best : the final fit. leftover : share of what is
+    beyond the noise in the first that is left. differs : whether anything was.
     """
 
     rounds: tuple[Round, ...]
@@ -166,8 +166,11 @@ def _round(
 def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tuple[float, Setting]:
     """What a hypothesis may gain [chi-squared] beside the open numbers, linearised, and the setting where."""
     best = (-np.inf, base.whole.setting)
-    amplitudes = [n for n in hypothesis.free if n.amplitude]
-    for number in amplitudes:
+    if not hypothesis.free:
+        setting = (*base.whole.setting, hypothesis.at())
+        left = evidence.residuals([setting])[0]
+        return base.whole.chi2 - float(left @ left), setting
+    for number in (n for n in hypothesis.free if n.amplitude):
         for size in SIZES:
             value = float(np.clip(number.absent + size * number.spread, number.lower, number.upper))
             if value == number.absent:
@@ -290,6 +293,19 @@ def _accepted(evidence: BenchEvidence, found: Round, start: float) -> bool:
     drop = found.base.whole.chi2 - found.rivals[0].whole.chi2
     needed = standard_errors_that_count(len(evidence.labels))
     return drop > LEAST_EXCESS * start and found.gain[0] > max(needed * found.error[0], np.log(found.tries) + NATS)
+
+
+def simpler(evidence: BenchEvidence, closed: BenchFound, opened: BenchFound) -> BenchFound:
+    """Which answer stands: that on the soil as it is, or that on a soil that was calibrated.
+
+    The former has fewer numbers: it stands if it leaves nothing, or no more than the other, and does not predict worse beyond the error.
+    """
+    if not closed.differs or not closed.best.extra:
+        return closed if not closed.differs else opened
+    worth = _independent(evidence, closed.best.held_out)
+    behind, error = _ahead(evidence, opened.best, closed.best, worth)
+    needed = standard_errors_that_count(len(evidence.labels))
+    return opened if behind > max(needed * error, TIED) else closed
 
 
 def without(evidence: BenchEvidence, found: BenchFound, place: int) -> Rival:

@@ -7,7 +7,7 @@ for, is the catalogue's to say; how large its numbers usually are on this machin
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from rille.diagnosis.natural import Natural, Scales, factor_of, natural, size_of
+from rille.diagnosis.natural import Natural, Scales, factor_of, matters, moving_bodies, natural, size_of
 from rille.diagnosis.parameter_hypotheses import parameter_hypotheses
 from rille.diagnosis.sensor_hypotheses import sensor_hypotheses
 from rille.model.diagnosis import Location
@@ -17,7 +17,6 @@ from rille.model.machine import Machine
 from rille.model.recording import Channel
 
 LARGEST_SHARE = 0.3  # of what the machine's own scale is: a larger trial stalls it and says nothing about a small amount
-SMALLEST_MASS = 0.03  # share of the machine's mass below which a body's own effects are those of its carrier
 FAR = 100.0  # numbers that are looked for over decades stay within this factor of their usual value
 
 
@@ -60,7 +59,9 @@ def _targets(machine: Machine, kind: EffectKind, location: Location | None) -> l
         return [name for name in _bodies(machine, kind, short) if name not in taken and "*" not in taken]
     if kind.target == "wheel":
         known = [w.name for w in machine.wheels]
-        fit = [w.name for w in machine.wheels if w.soft and (kind.needs != "grousers" or w.grouser_count > 0)]
+        soft = kind.needs in ("soft_ground", "grousers")
+        fit = [w.name for w in machine.wheels if (w.soft or not soft) and (kind.needs != "grousers" or w.grouser_count > 0)]
+        fit = fit if machine.has_ground or machine.soft_ground else []
     else:
         if momentary and not short:
             return []
@@ -77,20 +78,9 @@ def _targets(machine: Machine, kind: EffectKind, location: Location | None) -> l
 
 def _bodies(machine: Machine, kind: EffectKind, short: bool) -> list[str]:
     """Bodies that move and matter; of laws that belong to a moment or a place only the root, unless the difference is short."""
-    moving = _moving(machine)
-    total = sum(b.mass for b in machine.bodies if b.name in moving)
-    heavy = [b.name for b in machine.bodies if b.name in moving and (b.mass >= SMALLEST_MASS * total or b.name == machine.root)]
     if machine.root and any(p.search == "place" or (p.search == "time" and not short) for p in kind.parameters):
         return [machine.root]
-    return heavy
-
-
-def _moving(machine: Machine) -> set[str]:
-    """Bodies that are not fixed to the world."""
-    held = {""} if not machine.root else set()
-    for _ in machine.joints:
-        held |= {j.child for j in machine.joints if j.kind == "fixed" and j.parent in held}
-    return {b.name for b in machine.bodies} - held
+    return matters(machine, moving_bodies(machine))
 
 
 def _hypothesis(machine: Machine, kind: EffectKind, target: str, scales: Natural, location: Location | None) -> Hypothesis:

@@ -75,13 +75,22 @@ def described(confounded: Confounded, scores: Scores, titles: Sequence[str], pro
         likeness = max((abs(float(scores.likeness[head, i])) for i in others), default=0.0)
         parts = [f"{titles[i]} ({scores.likeness[head, i]:+.0%} alike, {_behind(scores, head, i)})" for i in others]
         sentence = f"these recordings cannot tell {titles[head]} from {', '.join(parts)}" if others else ""
-        found.append(Group(number=number, members=tuple(titles[i] for i in members), probability=float(sum(probability[i] for i in members)),
-                           correlation=likeness, sentence=sentence))  # fmt: skip
+        summed = float(sum(probability[i] for i in members))
+        names = tuple(titles[i] for i in members)
+        found.append(Group(number=number, members=names, probability=summed, correlation=likeness, sentence=sentence))
     return tuple(found)
 
 
-def why_it_loses(i: int, best: int, scores: Scores, confounded: Confounded, titles: Sequence[str], fitted: Sequence[Fitted], channels: Sequence[Channel],
-                 bound: Sequence[Estimate] = ()) -> str:  # fmt: skip
+def why_it_loses(
+    i: int,
+    best: int,
+    scores: Scores,
+    confounded: Confounded,
+    titles: Sequence[str],
+    fitted: Sequence[Fitted],
+    channels: Sequence[Channel],
+    numbers: Sequence[Estimate] = (),
+) -> str:
     """A sentence on why entry i stands behind the best; '' for the best itself."""
     if i == best:
         return ""
@@ -99,7 +108,7 @@ def why_it_loses(i: int, best: int, scores: Scores, confounded: Confounded, titl
         worst = int(np.argmax(lost))
         sizes = [float(np.sqrt(scores.channel_chi2[k, worst] / max(scores.channel_count[worst], 1.0))) for k in (i, best)]
         words += f", most of it on {channels[worst].name} ({sizes[0]:.2f} noise left instead of {sizes[1]:.2f})"
-    stuck = [e for e in bound if e.at_bound]
+    stuck = [e for e in numbers if e.at_bound]
     return words + (f"; it would need {stuck[0].name} beyond its bound {stuck[0].value:g} {stuck[0].unit}" if stuck else "")
 
 
@@ -130,8 +139,10 @@ def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> boo
 
 def _vanishing(numbers: Sequence[Sequence[Estimate]], setting: Setting) -> list[bool]:
     """Of each term, whether an amplitude is not told from absence, by twice its 95 % interval."""
-    return [any(n.amplitude and 2 * e.low - e.value <= n.absent <= 2 * e.high - e.value for n, e in zip(term.hypothesis.free, terms, strict=True))
-            for term, terms in zip(setting, numbers, strict=True)]  # fmt: skip
+    return [
+        any(n.amplitude and 2 * e.low - e.value <= n.absent <= 2 * e.high - e.value for n, e in zip(term.hypothesis.free, own, strict=True))
+        for term, own in zip(setting, numbers, strict=True)
+    ]
 
 
 def _is_needless(i: int, j: int, scores: Scores, fitted: Sequence[Fitted], vanishing: Sequence[bool]) -> bool:

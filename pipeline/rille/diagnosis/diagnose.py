@@ -20,9 +20,11 @@ from rille.diagnosis.replay_evidence import gather
 from rille.diagnosis.search import search
 from rille.diagnosis.statement import statement
 from rille.diagnosis.tries import place_tries
+from rille.diagnosis.unknown import Unknown, find_unknown
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
-from rille.model.diagnosis import Diagnosis, Experiment, Location, Proof
+from rille.model.diagnosis import Diagnosis, Experiment, Location, Proof, Verdict
+from rille.model.difference import Difference
 from rille.model.machine import Machine
 from rille.model.recording import Recording
 
@@ -33,6 +35,7 @@ Told = Callable[[float, float, str], None]
 Noise = dict[str, tuple[float, str]]
 DOUBTS = ("error", "warning")  # severities of what the data gate found that are repeated
 MOST_DOUBTS = 12
+MOST_ENDED = 0.5  # share of the windows that may end early
 MOST_RIVALS = 4  # members of a group that experiments are planned for
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
@@ -108,9 +111,12 @@ def diagnose(
     simulator = simulators(parts.training[0].scenario or "")
     machine = simulator.machine()
     cannot = limits(parts.training, machine, difference)
+    why_not = _why_not_judged(base, difference)
+    if why_not:
+        return _answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know")
     if not difference.differs:
-        return _answer(simulator, parts, location, None, None, (), cannot, run)
-    found: Found = run.run("search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, noise, location, kinds, options, told))
+        return _answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing")
+    found, unknown = run.run("search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, noise, location, kinds, options, told))
     proof = None
     if found.terms:
         proof, _ = run.run(
@@ -122,7 +128,7 @@ def diagnose(
             ),
         )
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
-    return _answer(simulator, parts, location, found, proof, experiments, cannot, run)
+    return _answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict)
 
 
 def _compared(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options, told: Told) -> list[Comparison]:
@@ -138,6 +144,20 @@ def _compared(simulators: Callable[[str], Any], parts: Parts, noise: Noise, opti
     return found
 
 
+def _why_not_judged(comparisons: Sequence[Comparison], difference: Difference) -> str:
+    """Why a comparison says nothing about the model; '' if it does."""
+    ended = [window for comparison in comparisons for window in comparison.windows if window.ended]
+    count = sum(len(comparison.windows) for comparison in comparisons)
+    if len(ended) > MOST_ENDED * count:
+        return (
+            f"{len(ended)} of {count} windows cannot be replayed to their end, the first at {ended[0].start:.2f} s: {ended[0].ended}; "
+            "mend the model, or take a smaller step"
+        )
+    if all(channel.verdict in ("left out", "no data") for channel in difference.channels):
+        return difference.sentence
+    return ""
+
+
 def _search(
     simulators: Callable[[str], Any],
     machine: Machine,
@@ -147,7 +167,8 @@ def _search(
     kinds: Sequence[EffectKind],
     options: Options,
     told: Told,
-) -> Found:
+) -> tuple[Found, Unknown | None]:
+    """What explains the training part, and a formula for what the catalogue has no name for."""
     channels = [channel for recording in parts.training for channel in recording.channels]
     hypotheses = of_kind(candidates(machine, channels, kinds, location=location), only=options.only, without=options.without)
     scales = natural(machine, channels)
@@ -160,9 +181,18 @@ def _search(
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
         tries=place_tries(hypotheses, scales, location),
-        on_progress=lambda what, share: told(0.25 + 0.75 * share, 1, what),
+        on_progress=lambda what, share: told(0.25 + 0.65 * share, 1, what),
     )
-    return replace(found, evidence=None)
+    unknown = None
+    if found.verdict == "unknown":
+        unknown = find_unknown(
+            found.evidence or evidence,
+            machine,
+            scales,
+            setting=found.setting,
+            on_progress=lambda done, total, what: told(0.9 + 0.1 * done / max(total, 1), 1, what),
+        )
+    return replace(found, evidence=None), unknown
 
 
 def _experiments(simulator: Any, parts: Parts, found: Found, told: Told) -> tuple[Experiment, ...]:
@@ -182,12 +212,13 @@ def _answer(
     parts: Parts,
     location: Location,
     found: Found | None,
+    unknown: Unknown | None,
     proof: Proof | None,
     experiments: tuple[Experiment, ...],
     cannot: tuple[str, ...],
     run: _Progress,
+    verdict: Verdict,
 ) -> Diagnosis:
-    verdict = found.verdict if found is not None else "nothing_missing"
     leftover = found.leftover if found is not None else 0.0
     terms = found.terms if found is not None else ()
     ranked = found.ranked if found is not None else ()
@@ -199,15 +230,18 @@ def _answer(
         recordings=tuple(recording.name for recording in parts.training),
         held_out=tuple(recording.name for recording in parts.held_out),
         verdict=verdict,
-        sentence=statement(verdict, terms, ranked, groups, location, leftover, proof, (), cannot),
+        sentence=statement(
+            verdict, terms, ranked, groups, location, leftover, proof, (), cannot, unknown.sentence if unknown is not None else ""
+        ),
         location=location,
-        setting=found.setting if found is not None else (),
+        setting=(*(found.setting if found is not None else ()), *(unknown.setting if unknown is not None else ())),
         ranked=ranked,
         groups=groups,
         proof=proof,
         experiments=experiments,
         data_problems=_data_problems([*parts.training, *parts.held_out]),
         limits=cannot,
+        unknown_like=unknown.sentence if unknown is not None else "",
         notes=notes,
         seconds=dict(run.seconds),
     )

@@ -128,9 +128,11 @@ def diagnosis_lines(diagnosis: Diagnosis, most: int = 5) -> list[str]:
         ]
         lines += ["", *_aligned(rows, left={0, 1})]
     if diagnosis.ranked:
-        rows = [("hypothesis", "probability", "group", "explained", "gain [nats]", "behind [nats]", "")]
+        rows = [("hypothesis", "probability", "group", "explained", "gain [nats]", "behind [nats]")]
         rows += [_row(ranked) for ranked in diagnosis.ranked[:most]]
-        lines += ["", *_aligned(rows, left={0, 6})]
+        lines += ["", *_aligned(rows, left={0})]
+        loser = next((ranked for ranked in diagnosis.ranked[1:] if ranked.loses_because), None)
+        lines += ["", f"{loser.title} loses: {loser.loses_because}"] if loser is not None else []
     estimates = [(term, estimate) for term in (diagnosis.ranked[0].terms if diagnosis.ranked else ()) for estimate in term.estimates]
     if diagnosis.setting and estimates:
         rows = [("parameter", "of", "value", "95 %", "unit")]
@@ -140,7 +142,7 @@ def diagnosis_lines(diagnosis: Diagnosis, most: int = 5) -> list[str]:
         ]
         lines += ["", *_aligned(rows, left={0, 1, 4})]
     proof = diagnosis.proof
-    if proof is not None:
+    if proof is not None and math.isfinite(proof.gap_closed):
         lines += [
             "",
             f"held out ({proof.held_out}): {_percent(proof.gap_closed)} of the gap closed "
@@ -157,7 +159,7 @@ def _row(ranked: RankedHypothesis) -> tuple[str, ...]:
     behind = f"{_short(ranked.behind)} +- {_short(ranked.behind_error, 2)}" if ranked.behind else "-"
     gain = f"{_short(ranked.gain)} +- {_short(ranked.gain_error, 2)}"
     numbers = (_percent(ranked.probability), str(ranked.group) if ranked.group else "-", _percent(ranked.explained), gain, behind)
-    return (ranked.title, *numbers, ranked.loses_because)
+    return (ranked.title, *numbers)
 
 
 def _short(value: float, digits: int = 3) -> str:
@@ -165,6 +167,8 @@ def _short(value: float, digits: int = 3) -> str:
 
 
 def _percent(value: float) -> str:
+    if 0 < value < 0.005 or 0.995 < value < 1:
+        return "< 1 %" if value < 0.5 else "> 99 %"
     return f"{100 * value:.0f} %" if math.isfinite(value) else "-"
 
 

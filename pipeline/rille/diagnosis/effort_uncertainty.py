@@ -40,22 +40,23 @@ NUMBERS = {
     "effort_length": (0.5, 4.0, 1.0),
     "side_length": (0.3, 4.0, 1.0),
     "detail": (0.03, 4.0, 0.5),
-    "detail_length": (0.1, 0.5, 0.25),
+    "detail_length": (0.15, 0.5, 0.25),
     "wrong_number": (0.01, 3.0, 0.3),
     "offset": (0.03, 2.0, 0.3),
     "creep": (0.03, 5.0, 0.5),
     "creep_time": (0.05, 1.0, 0.2),
     "noise": (0.01, 1.0, 0.1),
-    "roughness": (0.2, 3.0, 0.7),
+    "roughness": (0.7, 3.0, 1.0),
 }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Usual:
-    """What is usual in the calibration recordings. speed, applied (C,): half the percentile ``USUAL`` of their size. residual (C,): robust
+    """What is usual in the calibration recordings. place (C,): spread of the positions. speed, applied (C,): half the percentile ``USUAL`` of their size. residual (C,): robust
     size of the residual effort. wrong (C, k): root mean square of what one wrong number each does.
     """
 
+    place: Array
     speed: Array
     applied: Array
     residual: Array
@@ -73,14 +74,18 @@ class EffortUncertainty:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:
-    """Instants of several recordings, of one coordinate. run (n,): which recording. state (n, d), wrong (n, k): scaled."""
+    """Instants of several recordings, of one coordinate. run (n,): which recording. places (n, d), speeds (n, C), effort (n, 1), side (n, 1),
+    wrong (n, k): scaled. unit : usual residual.
+    """
 
     run: NDArray[np.int64]
     time: Array
     value: Array
     rough: Array
     creeping: Array
-    state: Array
+    places: Array
+    speeds: Array
+    effort: Array
     side: Array
     wrong: Array
     resolution: float
@@ -94,7 +99,9 @@ class Points:
             value=self.value[rows],
             rough=self.rough[rows],
             creeping=self.creeping[rows],
-            state=self.state[rows],
+            places=self.places[rows],
+            speeds=self.speeds[rows],
+            effort=self.effort[rows],
             side=self.side[rows],
             wrong=self.wrong[rows],
             resolution=self.resolution,
@@ -110,7 +117,8 @@ def usual_of(efforts: Sequence[ResidualEffort]) -> Usual:
         return np.where(found > 0, found, 1.0)
 
     speed, applied = size(np.concatenate([e.speed for e in efforts])), size(np.concatenate([e.applied for e in efforts]))
-    value = np.concatenate([e.value for e in efforts])
+    value, position = np.concatenate([e.value for e in efforts]), np.concatenate([e.position for e in efforts])
+    place = position.std(axis=0)
     residual = 1.4826 * np.median(np.abs(value), axis=0)
     residual = np.where(residual > 0, residual, np.maximum(value.std(axis=0), 1e-12))
     wrong = []
@@ -118,7 +126,7 @@ def usual_of(efforts: Sequence[ResidualEffort]) -> Usual:
         rows = np.concatenate([_wrong_numbers(e, c, float(speed[c])) for e in efforts])
         rms = np.sqrt(np.mean(rows**2, axis=0))
         wrong.append(np.where(rms > 0, rms, 1.0))
-    return Usual(speed=speed, applied=applied, residual=residual, wrong=np.array(wrong))
+    return Usual(place=np.where(place > 0, place, 1.0), speed=speed, applied=applied, residual=residual, wrong=np.array(wrong))
 
 
 def points_of(efforts: Sequence[ResidualEffort], coordinate: int, usual: Usual) -> Points:
@@ -126,8 +134,7 @@ def points_of(efforts: Sequence[ResidualEffort], coordinate: int, usual: Usual) 
     rows, c = [], coordinate
     for number, e in enumerate(efforts):
         angles = [f(e.position[:, k]) for k in range(len(e.coordinates)) if e.turns[k] for f in (np.sin, np.cos)]
-        places = [e.position[:, k] for k in range(len(e.coordinates)) if not e.turns[k]]
-        state = np.stack([*angles, *places], axis=1)
+        along = [e.position[:, k] / usual.place[k] for k in range(len(e.coordinates)) if not e.turns[k]]
         moving = _moving(e, c)
         creeping = np.exp(-((moving / (2 * CREEP * usual.speed[c])) ** 2)) * (1 - np.exp(-((moving / (2 * STILL * usual.speed[c])) ** 2)))
         rows.append(
@@ -137,19 +144,23 @@ def points_of(efforts: Sequence[ResidualEffort], coordinate: int, usual: Usual) 
                 e.value[:, c],
                 e.rough[:, c],
                 creeping,
-                np.c_[state, e.speed / usual.speed, e.applied[:, c] / usual.applied[c]],
-                np.tanh(e.speed[:, c] / (2 * SLOW * usual.speed[c])),
+                np.stack([*angles, *along], axis=1),
+                e.speed / usual.speed,
+                e.applied[:, [c]] / usual.applied[c],
+                np.tanh(e.speed[:, [c]] / (2 * SLOW * usual.speed[c])),
                 _wrong_numbers(e, c, float(usual.speed[c])) / usual.wrong[c],
             )
         )
-    run, time, value, rough, creeping, state, side, wrong = (np.concatenate(column) for column in zip(*rows, strict=True))
+    run, time, value, rough, creeping, places, speeds, effort, side, wrong = (np.concatenate(column) for column in zip(*rows, strict=True))
     return Points(
         run=run.astype(np.int64),
         time=time,
         value=value,
         rough=rough,
         creeping=creeping,
-        state=state,
+        places=places,
+        speeds=speeds,
+        effort=effort,
         side=side,
         wrong=wrong,
         resolution=max(e.resolution for e in efforts),
@@ -175,13 +186,11 @@ def _wrong_numbers(e: ResidualEffort, c: int, usual_speed: float) -> Array:
 def covariance(p: Points, numbers: Array, derivatives: bool = False) -> tuple[Array, list[Array]]:
     """(n, n) covariance of the residual efforts, and its derivatives by the logarithms ``numbers``, in the order of ``NUMBERS``."""
     n = dict(zip(NUMBERS, np.exp(numbers), strict=True))
-    n_angles = p.state.shape[1] - 1
-    n_speeds = _n_speeds(n_angles)
     parts = {
-        "position_length": _distances(p.state[:, : n_angles - n_speeds]) / n["position_length"] ** 2,
-        "speed_length": _distances(p.state[:, n_angles - n_speeds : n_angles]) / n["speed_length"] ** 2,
-        "effort_length": _distances(p.state[:, n_angles:]) / n["effort_length"] ** 2,
-        "side_length": _distances(p.side[:, None]) / n["side_length"] ** 2,
+        "position_length": _distances(p.places) / n["position_length"] ** 2,
+        "speed_length": _distances(p.speeds) / n["speed_length"] ** 2,
+        "effort_length": _distances(p.effort) / n["effort_length"] ** 2,
+        "side_length": _distances(p.side) / n["side_length"] ** 2,
     }
     distance = sum(parts.values())
     ratio = n["detail_length"]
@@ -212,11 +221,6 @@ def covariance(p: Points, numbers: Array, derivatives: bool = False) -> tuple[Ar
         "roughness": 2 * rough,
     }
     return total, [by[name] for name in NUMBERS]
-
-
-def _n_speeds(n_angles: int) -> int:
-    """Of sines, cosines and speeds: each hinge has three columns."""
-    return n_angles // 3
 
 
 def _distances(rows: Array) -> Array:

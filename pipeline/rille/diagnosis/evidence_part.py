@@ -18,7 +18,7 @@ from rille.diagnosis.sensor_faults import concerns, moves_time, repaired, said, 
 from rille.diagnosis.start_fit import FARTHEST, Samples, fit_starts, residuals
 from rille.diagnosis.start_states import Starts, smoothed_values, start_states
 from rille.diagnosis.state_coordinates import moved
-from rille.diagnosis.windows import cut
+from rille.diagnosis.windows import Cut, cut
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
@@ -54,6 +54,7 @@ class Part:
     uncertainty of what is seen taken ``UNSURE`` times. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
     first, last : (n_windows,) [s] what is compared. columns : directions of the start. samples, slopes : of each channel its samples, and
     (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
+    timing : of each channel (m,) what half a step of time changes in it [sigma].
     whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
     """
 
@@ -72,6 +73,7 @@ class Part:
     samples: tuple[Samples, ...]
     slopes: tuple[Array, ...]
     noise_from: tuple[str, ...]
+    timing: tuple[Array, ...]
     whole: "Part | None" = None
     numbers: Whole | None = None
 
@@ -86,16 +88,18 @@ class Part:
 
     @cached_property
     def start_gain(self) -> Array:
-        """D (m, d) in the order of evidence: directions of the start, then of every channel its offset over the window, and the slope of
-        noise that is known to be slow.
+        """D (m, d) in the order of evidence: directions of the start; then of every channel its offset over the window, and a shift in time
+        by half a step, since a simulation knows no instant better; and the slope of noise that is known to be slow.
         """
         rows = [self.ordered([-slopes for slopes in self.slopes])]
         for number, (channel, s) in enumerate(zip(self.channels, self.samples, strict=True)):
-            own = np.full((1, len(s.time)), max(SLOW, (channel.slow_noise or 0.0) / s.noise))
+            offset = np.full(len(s.time), max(SLOW, (channel.slow_noise or 0.0) / s.noise))
+            own = [offset, self.timing[number]]
             if channel.slow_noise:
-                along = 2 * (s.time - self.first[s.window]) / np.maximum(self.last - self.first, 1e-9)[s.window] - 1
-                own = np.concatenate([own, own * along])
-            rows.append(self.ordered([own if k == number else np.zeros((len(own), len(o.time))) for k, o in enumerate(self.samples)]))
+                own.append(offset * (2 * (s.time - self.first[s.window]) / np.maximum(self.last - self.first, 1e-9)[s.window] - 1))
+            rows.append(
+                self.ordered([np.stack(own) if k == number else np.zeros((len(own), len(o.time))) for k, o in enumerate(self.samples)])
+            )
         return np.ascontiguousarray(np.concatenate(rows).T)
 
     def subset(self, windows: Whole) -> "Part":
@@ -124,6 +128,7 @@ class Part:
                 replace(s, window=place[s.window[h]], time=s.time[h], value=s.value[h]) for s, h in zip(self.samples, here, strict=True)
             ),
             slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
+            timing=tuple(timing[h] for timing, h in zip(self.timing, here, strict=True)),
             whole=self.whole or self,
             numbers=windows if self.numbers is None else self.numbers[windows],
         )
@@ -135,6 +140,7 @@ class Part:
             self,
             samples=tuple(replace(s, noise=n) for s, n in zip(self.samples, new, strict=True)),
             slopes=tuple(slopes * (s.noise / n) for slopes, s, n in zip(self.slopes, self.samples, new, strict=True)),
+            timing=tuple(timing * (s.noise / n) for timing, s, n in zip(self.timing, self.samples, new, strict=True)),
         )
 
     def residuals(self, settings: Sequence[Setting]) -> Array:
@@ -173,7 +179,10 @@ class Part:
         own: list[int | None] = []
         for setting in settings:
             physics = tuple(term for term in setting if term.hypothesis.cause != "sensor")
-            key = tuple((t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target, *sorted(t.numbers.items())) for t in physics)
+            key = tuple(
+                (t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target, repr(t.hypothesis.words), *sorted(t.numbers.items()))
+                for t in physics
+            )
             if key not in known:
                 try:
                     models.append(applied(self.simulator, physics))
@@ -213,7 +222,7 @@ class Part:
         return np.asarray(np.linalg.solve(self.starts.factor, step[..., None])[..., 0], dtype=float)
 
     def _residual(self, answers: Sequence[Array], faults: Setting, standard: Array) -> Array:
-        """(m,) from what is simulated, of each channel (m,), with starts at ``standard`` z: distorted as the faults say, carried back to z = 0."""
+        """(m,) from what is simulated, of each channel (m,), from starts at ``standard`` z: as the faults say it, carried back to z = 0."""
         blocks = []
         for s, slopes, answer in zip(self.samples, self.slopes, answers, strict=True):
             left = residuals(s, said(faults, s.channel, answer, s.time)) / s.noise
@@ -259,11 +268,14 @@ def gather_part(
     window: float,
     noise: Noise,
     assumed: Setting = (),
+    grid: float | None = None,
+    most: int | None = None,
     on_progress: Progress = None,
 ) -> Part:
     """Windows of a recording with starts fitted under a setting.
 
-    simulator : of the recording's scenario; it is driven by the recording here.
+    simulator : of the recording's scenario; it stays as it is. grid : [s], windows begin and end at whole multiples, None: its step.
+    most : windows at most, spread over the recording.
 
     Raises
     ------
@@ -275,7 +287,9 @@ def gather_part(
         c for c in with_steady_quaternions(recording.with_role("observed")) if not why_unfit(c, recording) and noise[c.name][0] > 0
     )
     shows = [c for c in channels if c.quantity in MOTION_QUANTITIES]
-    parts = cut(recording, shows, window, base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
+    parts = cut(recording, shows, window, grid or base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
+    if most is not None:
+        parts = _some(parts, most)
     model, faults = applied(base, assumed), sensor_terms(assumed)
     starts = start_states(
         model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
@@ -303,7 +317,21 @@ def gather_part(
         samples=tuple(samples),
         slopes=tuple(fit.slopes),
         noise_from=tuple(noise[c.name][1] for c in channels),
+        timing=_timing(watched, fit.states, parts.stops, samples),
     )
+
+
+def _some(parts: Cut, most: int) -> Cut:
+    chosen = np.unique(np.linspace(0, len(parts.starts) - 1, most).round().astype(np.int64))
+    return Cut(begins=parts.begins[chosen], starts=parts.starts[chosen], stops=parts.stops[chosen])
+
+
+def _timing(simulator: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
+    """Of each channel (m,) half of what changes from half a step before to half a step after a sample [sigma]."""
+    bare, half = [s.channel for s in samples], 0.5 * simulator.step
+    sides = [simulator.predict(states[None], stops, bare, [(s.window, s.time + shift) for s in samples]) for shift in (half, -half)]
+    changes = [residuals(replace(s, value=after[0]), before[0]) for s, after, before in zip(samples, *sides, strict=True)]
+    return tuple(np.nan_to_num(0.5 * change / s.noise) for s, change in zip(samples, changes, strict=True))
 
 
 class _Watched:

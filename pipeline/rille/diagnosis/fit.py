@@ -1,8 +1,8 @@
 """Free numbers of settings by Gauss-Newton on whitened residuals, within bounds, with weak priors; the starts of windows are marginalised.
 
 Minimises chi2(u)/kappa + sum_k precision_k (u_k - centre_k)^2, kappa = max(1, chi2 per degree): a model that is wrong anyway must not
-outweigh what is usual. Derivatives are differences through the simulator; all trial changes of an iteration, and all step lengths, are asked
-for together, over all settings that are fitted at once.
+outweigh what is usual. Derivatives are differences through the simulator; all trial changes of an iteration, and all step lengths, are
+asked for together, over all settings that are fitted at once.
 """
 
 from collections.abc import Sequence
@@ -25,6 +25,8 @@ CHANGE = 0.03  # of a number's size, for its derivative at first
 LEAST_CHANGE, MOST_CHANGE = 0.003, 0.1  # of an amplitude's size
 LEAST_SHAPE, MOST_SHAPE = 0.03, 0.2  # of another number's: solvers resolve times by steps
 ERRORS = 2.0  # [standard errors] of a number, for its derivative once they are known
+LOUD = 0.3  # of the residuals: a trial change that does more than this tells no derivative
+DEAF = 1e-6  # chi-squared of one that does nothing, and is tried larger as long as the fit goes on
 AT_BOUND = 1e-6  # [spread] from a bound
 
 
@@ -86,7 +88,8 @@ def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
         blocks = yield [setting_at(setting, unknowns, where + step * unit) for step, unit in zip(steps, np.eye(len(unknowns)), strict=True)]
         replays += len(blocks)
         blocks -= residual
-        loud = np.sum(blocks**2, axis=1) > 0.3 * float(residual @ residual)
+        answers = np.sum(blocks**2, axis=1)
+        loud, deaf = answers > LOUD * float(residual @ residual), answers < DEAF
         jacobian = (blocks / np.where(steps == 0, 1.0, steps)[:, None]).astype(np.float32)
         chi2 = float(residual @ residual)
         kappa = max(1.0, chi2 / max(judge.degrees - len(unknowns), 1.0))
@@ -101,11 +104,11 @@ def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
         amplitude = np.array([u.number.amplitude for u in unknowns])
         least, largest = np.where(amplitude, LEAST_CHANGE, LEAST_SHAPE) * sizes, np.where(amplitude, MOST_CHANGE, MOST_SHAPE) * sizes
         change = np.clip(ERRORS / np.sqrt(np.maximum(np.diagonal(gram), 1e-300)), least, largest)
-        change = np.where(loud, np.minimum(change, 0.1 * np.abs(steps)), change)
+        change = np.where(loud, np.minimum(change, 0.1 * np.abs(steps)), np.where(deaf, 4.0 * np.abs(steps), change))
         if drop < 2 * CONVERGED and not loud.any():
             break
         prior = float(precision @ (where - centre) ** 2)
-        better = False
+        better, gained = False, 0.0
         for lengths in LENGTHS:
             points = [where + length * step for length in lengths]
             blocks = yield [setting_at(setting, unknowns, point) for point in points]
@@ -145,7 +148,7 @@ def covariance(fitted: Fitted, edges: Whole) -> Array:
     robust = inverse @ (scores @ scores.T) @ inverse
     plain = fitted.kappa * inverse
     scale = np.sqrt(np.maximum(np.diagonal(robust), np.diagonal(plain)) / np.maximum(np.diagonal(plain), 1e-300))
-    return plain * np.outer(scale, scale)
+    return np.asarray(plain * np.outer(scale, scale), dtype=float)
 
 
 def estimates(fitted: Fitted, edges: Whole) -> tuple[tuple[Estimate, ...], ...]:

@@ -63,18 +63,18 @@ BODY_LAWS = (
     ("v sqrt(|v|) / |v|", "v{k}/w/sqrt(S/w+e)", True),
 )
 WHEEL_LAWS = (
-    ("drawbar_pull", "N sign(v)", "-normal_load*tanh(travel_speed/(e*w))", 1.0, True),
-    ("drawbar_pull", "N v", "-normal_load*travel_speed/w", 1.0, True),
-    ("drawbar_pull", "N sign(v) |s|", "-normal_load*tanh(travel_speed/(e*w))*abs(slip_ratio)", 1.0, True),
-    ("drawbar_pull", "N sign(v) z/r", "-normal_load*tanh(travel_speed/(e*w))*sinkage/radius", 1.0, True),
-    ("side_force", "N sin(beta)", "normal_load*sin(slip_angle)", 1.0, True),
-    ("side_force", "N sin(beta) z/r", "normal_load*sin(slip_angle)*sinkage/radius", 1.0, True),
-    ("drive_torque", "N r", "normal_load*radius", 1.0, True),
-    ("drive_torque", "N r |s|", "normal_load*radius*abs(slip_ratio)", 1.0, True),
-    ("drive_torque", "N r z/r", "normal_load*sinkage", 1.0, True),
-    ("normal_load", "N |s|", "-normal_load*abs(slip_ratio)", 1.0, True),
-    ("normal_load", "N u", "-normal_load*abs(rim_speed)/w", 1.0, False),
-)
+    ("drawbar_pull", "N sign(v)", "-C*normal_load*tanh(travel_speed/(e*w))", True),
+    ("drawbar_pull", "N v", "-C*normal_load*travel_speed/w", True),
+    ("drawbar_pull", "N sign(v) |s|", "-C*normal_load*tanh(travel_speed/(e*w))*abs(slip_ratio)", True),
+    ("drawbar_pull", "N sign(v) z/r", "-C*normal_load*tanh(travel_speed/(e*w))*sinkage/radius", True),
+    ("side_force", "N sin(beta)", "C*normal_load*sin(slip_angle)", True),
+    ("side_force", "N sin(beta) z/r", "C*normal_load*sin(slip_angle)*sinkage/radius", True),
+    ("drive_torque", "N r", "C*normal_load*radius", True),
+    ("drive_torque", "N r |s|", "C*normal_load*radius*abs(slip_ratio)", True),
+    ("drive_torque", "N r z/r", "C*normal_load*sinkage", True),
+    ("normal_load", "N |s|", "-C*normal_load*abs(slip_ratio)", True),
+    ("normal_load", "N u", "-C*normal_load*abs(rim_speed)/w", False),
+)  # side_force and drive_torque count against the motion
 
 
 def laws_of(machine: Machine, scales: Natural, target_kind: TargetKind, target: str) -> tuple[Law, ...]:
@@ -138,13 +138,13 @@ def _wheel_laws(target: str, scales: Natural) -> tuple[Law, ...]:
             target_kind="wheel",
             target=target,
             words=words,
-            parts=((f"wheel.{output}", f"C*{formula}"),),
+            parts=((f"wheel.{output}", formula),),
             unit="1",
-            size=size,
+            size=1.0,
             scales={name: constants[name] for name in _names(formula, constants)},
             loses=loses,
         )
-        for output, words, formula, size, loses in WHEEL_LAWS
+        for output, words, formula, loses in WHEEL_LAWS
     )
 
 
@@ -183,9 +183,13 @@ def as_setting(laws: Sequence[Law], numbers: Sequence[float]) -> Setting:
 
 
 def in_words(laws: Sequence[Law], numbers: Sequence[float]) -> str:
-    """The sum as a person writes it: "-0.031 N m (v^3) - 0.2 N m (q), v in 4.2 rad/s, q in 1 rad"."""
-    terms = [f"{-n:+.3g} {law.unit} ({law.words})".replace("+", "+ ").replace("-", "- ") for law, n in zip(laws, numbers, strict=True)]
-    symbols = {"w": "v", "a": "q" if laws[0].target_kind == "joint" else "x", "f": "effort"}
+    """The sum as a person writes it: "- 0.031 N m (v^3) - 0.2 N m (q), v in units of 4.2 rad/s, q in units of 1 rad"."""
+    terms = []
+    for law, number in zip(laws, numbers, strict=True):
+        value = -number if law.parts[0][1].startswith("-") else number
+        unit = "" if law.unit == "1" else f" {law.unit}"
+        terms.append(f"{'-' if value < 0 else '+'} {abs(value):.3g}{unit} ({law.words})")
+    symbols = {"w": "speed" if laws[0].target_kind == "wheel" else "v", "a": "q", "f": "effort"}
     used = {name: pair for law in laws for name, pair in law.scales.items() if name in symbols}
     where = ", ".join(f"{symbols[name]} in units of {value:.3g} {unit}" for name, (value, unit) in used.items())
     return " ".join(terms) + (f", {where}" if where else "")

@@ -76,7 +76,7 @@ def named_terms(numbers: Sequence[tuple[Estimate, ...]], setting: Setting, kinds
 def ranked(
     standing: Standing, always: int, leftover: float, kinds: Mapping[str, EffectKind]
 ) -> tuple[tuple[RankedHypothesis, ...], tuple[Group, ...], float]:
-    """Alternatives with probabilities, best first; groups; probability of none of them. always : leading terms that are no part of the answer."""
+    """Alternatives with probabilities, best first; groups; probability of none. always : leading terms that are no part of the answer."""
     scores, confounded, order = standing.scores, standing.confounded, standing.confounded.order
     if not order:
         return (), (), 1.0

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 SHORTEST = 4.0  # [s] of all recordings together; about eight windows, of which two are held out
 STILL = 4.0  # [noise] less motion than this is none
 ONE_WAY = 0.02  # share of the samples that must move the other way for a reversal
+OVER = (0.1, 0.3, 1.0)  # [s] over which positions are made into speeds
 STEADY = 0.1  # [-] relative spread below which a speed or a load was one
 TURNING = 0.02  # [rad/s] slower turning is none
 STEEP = 0.03  # [rad] less slope is flat
@@ -62,6 +63,7 @@ def limits(recordings: Sequence[Recording], machine: Machine, difference: Differ
     return (
         *(_of_points(points) if points else ()),
         *(_of_length(runs) if runs else ()),
+        *(_of_ends(difference) if difference is not None else ()),
         *_of_noise(recordings, difference),
         *(_of_joints(runs, machine) if runs else ()),
         *(_of_forces(runs, machine) if runs else ()),
@@ -78,10 +80,24 @@ def _of_length(recordings: Sequence[Recording]) -> Iterable[str]:
         )
 
 
+def _of_ends(difference: Difference) -> Iterable[str]:
+    """Windows that the model does not survive."""
+    ended = [w for w in difference.windows if w.ended]
+    if ended:
+        yield (
+            f"the model's run ends early in {len(ended)} of {len(difference.windows)} windows ({ended[0].ended}): what it would have shown "
+            "there cannot be known; look at the model in a plain `rille run` first"
+        )
+
+
 def _of_noise(recordings: Sequence[Recording], difference: Difference | None) -> Iterable[str]:
     observed = {c.name: c for r in recordings for c in r.with_role("observed")}
     source = {c.name: (c.noise_from, c.noise) for c in difference.channels} if difference is not None else {}
-    guessed = [name for name, c in observed.items() if c.noise is None and source.get(name, ("", 0.0))[0] not in ("repeats", "stated")]
+    guessed = [
+        name
+        for name, c in observed.items()
+        if c.noise is None and c.resolution is None and source.get(name, ("", 0.0))[0] not in ("repeats", "stated")
+    ]
     unknown = [name for name, (_, noise) in source.items() if not noise > 0]
     guessed = [name for name in guessed if name not in unknown]
     if unknown:
@@ -203,17 +219,21 @@ def _of_points(recordings: Sequence[Recording]) -> Iterable[str]:
 
 
 def _motion(recordings: Sequence[Recording], joint: str) -> Motion | None:
-    """From velocity channels, else from positions over 0.1 s; None: neither was recorded."""
+    """From velocity channels, else from positions over the time that shows most; None: neither was recorded."""
     velocities = _of(recordings, ("joint.velocity",), (joint,))
     if velocities:
         speeds = np.concatenate([c.value for c in velocities])
         return Motion(speeds=speeds[np.isfinite(speeds)], noise=max(c.noise or 0.0 for c in velocities))
     positions = _of(recordings, ("joint.position",), (joint,))
-    if positions:
-        over = 0.1
-        speeds = np.concatenate([rates(c.time, c.value, over) for c in positions])
-        return Motion(speeds=speeds, noise=max((c.noise or 0.0) * np.sqrt(2) / over for c in positions))
-    return None
+    spans = [
+        Motion(
+            speeds=np.concatenate([rates(c.time, c.value, over) for c in positions]),
+            noise=max((c.noise or c.resolution or 0.0) * np.sqrt(2) / over for c in positions),
+        )
+        for over in OVER
+        if positions
+    ]
+    return max(spans, key=lambda m: most(m.speeds) / max(m.noise, 1e-12), default=None)
 
 
 def _shown_otherwise(recordings: Sequence[Recording], machine: Machine, joint: str) -> bool:

@@ -178,10 +178,14 @@ def _drives(machine: Machine, driving: Sequence[MachineDrive], arms: Sequence[Ma
     if steering:
         yield drive("steered_curve", "steered wheels follow an arc: lateral forces show without skidding", [(1, 1)], steer=0.3)
         yield drive("crab", "driving with all wheels turned against their way: lateral forces show", [(0.6, 0.6), (1, 1)], steer=-0.5)
-    uneven = {name: tuple((t, v * (0.5 if k % 2 else 1.2)) for t, v in values) for k, (name, values) in enumerate(wheels([(1, 1)]).items())}
+    rows = {
+        side_: sorted((d for d in driving if (side[d.name] > 0) == side_), key=lambda d: _along(machine, d.joint))
+        for side_ in (True, False)
+    }
+    uneven = {d.name: ((0.0, rim * (0.5 if k % 2 else 1.2)),) for row in rows.values() for k, d in enumerate(row)}
     yield Maneuver(
         name="uneven_wheels",
-        purpose="every other wheel slower: wheels slip at different rates while the machine goes straight",
+        purpose="every other wheel of a side slower: wheels slip at different rates while the machine goes straight",
         commands=uneven,
     )
 
@@ -194,8 +198,11 @@ def _side(machine: Machine, joint: str) -> float:
 
 def _front(machine: Machine, joint: str) -> float:
     """1 for a steering joint ahead of the middle, -1 behind it."""
-    along = {j.name: float(j.point[0]) for j in machine.joints}
-    return 1.0 if along[joint] > float(np.mean([along[w.joint] for w in machine.wheels])) else -1.0
+    return 1.0 if _along(machine, joint) > float(np.mean([_along(machine, w.joint) for w in machine.wheels])) else -1.0
+
+
+def _along(machine: Machine, joint: str) -> float:
+    return next(float(j.point[0]) for j in machine.joints if j.name == joint)
 
 
 # ---------------------------------------------------------------- as a scenario file
@@ -227,17 +234,22 @@ def scenario_text(
     if machine.terrain:
         lines.append(f'terrain = "{machine.terrain}"')
     if start is not None and machine.root:
-        lines += ["", "[start]", f"x = {float(start[0])!r}", f"y = {float(start[1])!r}", f"heading = {float(start[3])!r}"]
-        lines += [] if machine.terrain else [f"z = {float(start[2])!r}"]
+        lines += ["", "[start]", *(f"{word} = {_number(start[k])}" for word, k in (("x", 0), ("y", 1), ("heading", 3)))]
+        lines += [] if machine.terrain else [f"z = {_number(start[2])}"]
         lines += [f"velocity = {list(maneuver.velocity)!r}"] if maneuver.velocity is not None else []
         lines += [f"angular_velocity = {list(maneuver.turning)!r}"] if maneuver.turning is not None else []
     for joint, position in {**(positions or {}), **maneuver.positions}.items():
-        if position != 0.0:
-            lines += ["", "[[initial_state]]", f'joint = "{joint}"', f"position = {float(position)!r}"]
+        if abs(position) > 1e-9:
+            lines += ["", "[[initial_state]]", f'joint = "{joint}"', f"position = {_number(position)}"]
     for time, value, drives in _shared_commands(maneuver.commands):
         names = ", ".join(_literal(d) for d in drives)
-        lines += ["", "[[command]]", f"drives = [{names}]", f"time = {time!r}", f"value = {value!r}"]
+        lines += ["", "[[command]]", f"drives = [{names}]", f"time = {time!r}", f"value = {_number(value)}"]
     return "\n".join(lines) + "\n"
+
+
+def _number(value: float) -> str:
+    """Nine digits; what is nothing is 0."""
+    return repr(float(f"{value:.9g}")) if abs(value) > 1e-12 else "0.0"
 
 
 def _literal(text: str) -> str:

@@ -28,6 +28,8 @@ REFERENCE: Mapping[str, Scales] = {
     "channel": {"SI": 1.0, "s": 0.02},
 }
 SMALL = 1e-12
+SMALLEST_MASS = 0.03  # share of the machine's mass
+MOTOR_SHARE = 0.03  # of a drive's largest effort that it usually needs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,6 +167,20 @@ def _load(machine: Machine) -> float:
     return sum(b.mass for b in machine.bodies) * machine.gravity / max(1, len(machine.wheels))
 
 
+def matters(machine: Machine, moving: Sequence[str]) -> list[str]:
+    """Of these bodies the root and those that are more than a small share of the mass; what is lighter acts like its carrier."""
+    total = sum(b.mass for b in machine.bodies if b.name in moving)
+    return [b.name for b in machine.bodies if b.name in moving and (b.mass >= SMALLEST_MASS * total or b.name == machine.root)]
+
+
+def moving_bodies(machine: Machine) -> list[str]:
+    """Bodies that are not fixed to the world."""
+    held = {""}
+    for _ in machine.joints:
+        held |= {j.child for j in machine.joints if j.kind == "fixed" and j.parent in held}
+    return [b.name for b in machine.bodies if b.name not in held]
+
+
 def carried(machine: Machine, body: str) -> tuple[str, ...]:
     """The body and all that hangs on it."""
     found = [body]
@@ -212,10 +228,11 @@ def _joint(machine: Machine, joint: MachineJoint, channels: Sequence[Channel], m
         efforts += [drive.torque_constant * most(c.value) for c in _recorded(channels, "motor.current", names) if _stands_out(c)]
     asked = weight if weight > 1e-9 else inertia * speed * max(speed, 1.0)
     effort = max(efforts, default=0.0)
-    if effort <= 0:
-        effort = asked
+    if effort <= 0 and drive is not None:  # what it moves tells little of what its maker thought it might have to
+        effort = float(np.sqrt(max(asked, SMALL) * max(asked, MOTOR_SHARE * drive.max_torque)))
+    effort = effort if effort > 0 else asked
     if drive is not None:
-        effort = min(effort, drive.max_torque) if effort > 0 else 0.1 * drive.max_torque
+        effort = min(effort, drive.max_torque)
     travel = (
         1.0 if joint.kind == "hinge" else max([most(c.value) for c in _recorded(channels, "joint.position", names)], default=0.0) or 1.0
     )

@@ -68,7 +68,7 @@ def next_experiments(
     Returns
     -------
     At most ``most``; none if there are fewer than two members or no maneuver runs to its end. The separation is that of the two members
-    that are hardest to tell apart; below ``ENOUGH`` the sentence says that none of the library separates them.
+    that are hardest to tell apart; where the best is below ``ENOUGH`` it is told alone, and that none of the library separates them.
     """
     members = list(members)[:MOST_MEMBERS]
     names = [titles[k] if k < len(titles) else _title(member) for k, member in enumerate(members)]
@@ -89,7 +89,7 @@ def next_experiments(
     found.sort(key=lambda pair: -pair[0])
     told: list[Experiment] = []
     pairs = _pairs(len(members))
-    for _, maneuver in found[: 2 * most]:
+    for _, maneuver in found[: most + 1]:
         sigmas = _separation(variants, members, maneuver, sensors, free_starts=True)
         if sigmas is None:
             continue
@@ -97,7 +97,7 @@ def next_experiments(
         a, b = pairs[hardest]
         told.append(_experiment(variants[0], maneuver, float(sigmas[hardest]), names[a], names[b], now))
     told.sort(key=lambda e: -e.separation)
-    return tuple(told[:most])
+    return tuple(e for k, e in enumerate(told[:most]) if k == 0 or e.separation >= ENOUGH)
 
 
 def _pairs(n: int) -> list[tuple[int, int]]:

@@ -6,7 +6,7 @@ Masses and centres of mass are laws of the catalogue (they carry the inertia alo
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from rille.diagnosis.natural import Natural, factor_of
+from rille.diagnosis.natural import Natural, factor_of, matters, moving_bodies
 from rille.model.effect import EffectKind, EffectParameter
 from rille.model.hypothesis import FreeNumber, Hypothesis
 from rille.model.machine import Machine
@@ -53,7 +53,7 @@ DOUBTS: Mapping[str, Mapping[str, Doubt]] = {
         "speed_gain": Doubt(unit="N m s/rad", relative=0.2),
         "integral_gain": Doubt(unit="N m/rad", relative=0.2),
     },
-    "machine": {"track_width": Doubt(unit="m", relative=0.05)},
+    "machine": {"track_width": Doubt(unit="m", relative=0.1)},
 }
 # Numbers that are wrong together: (word, by what it is called, last words, target kind); one factor multiplies them all.
 TOGETHER = (
@@ -170,10 +170,7 @@ def _means_something(machine: Machine, family: str, target: str, word: str) -> b
         }
         return drive is not None and word in uses.get(drive.mode, ("max_torque",))
     if family == "body":
-        carriers = {j.child: j for j in machine.joints}
-        return target in {b.name for b in machine.bodies} and not (
-            target in carriers and carriers[target].parent == "" and carriers[target].kind == "fixed"
-        )
+        return target in matters(machine, moving_bodies(machine))
     return True
 
 

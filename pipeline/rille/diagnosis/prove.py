@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.diagnosis.applied import Simulators
-from rille.diagnosis.block_errors import DRAWS, LEAST
+from rille.diagnosis.block_errors import DRAWS
 from rille.diagnosis.evidence import Metric
 from rille.diagnosis.held_out import Parts
 from rille.diagnosis.part_comparison import comparison_of
@@ -21,6 +21,7 @@ from rille.model.recording import Recording
 Array = NDArray[np.float64]
 Progress = Callable[[int, int, str], None] | None
 FLOOR = 1.0  # [sigma] root mean square of noise
+LEAST = 4  # blocks of windows that an interval needs
 BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
 
 
@@ -109,11 +110,13 @@ def _gap(before: NDArray[Any], after: NDArray[Any]) -> Any:
 
 
 def _interval(before: Array, after: Array) -> tuple[float, float]:
-    """95 % interval of G by bootstrap of blocks of windows, seeded; NaN for fewer than ``LEAST`` blocks."""
-    n = before.shape[1] // BLOCK
-    if n < LEAST:
+    """95 % interval of G by bootstrap of blocks of windows, seeded; NaN for fewer than ``LEAST`` windows."""
+    windows = before.shape[1]
+    if windows < LEAST:
         return np.nan, np.nan
-    block = np.minimum(np.arange(before.shape[1]) // BLOCK, n - 1)
+    size = max(1, min(BLOCK, windows // LEAST))
+    n = windows // size
+    block = np.minimum(np.arange(windows) // size, n - 1)
     sums = [np.stack([np.bincount(block, row) for row in part]) for part in (before, after)]
     drawn = np.random.default_rng(7).multinomial(n, np.full(n, 1 / n), size=DRAWS).T
     gaps = _gap(sums[0] @ drawn, sums[1] @ drawn)

@@ -28,6 +28,7 @@ FINE = 2  # median sampling intervals in one of the fine grid
 ROUGH = 3.0  # resolutions that the smoothing is wider by which roughness is measured
 WITHIN = 6.0  # resolutions over which roughness is averaged
 GAP = 4.0  # fine intervals without a sample that are a hole
+SPAN = 0.004  # [s] of a run that only serves to compare two models
 EDGE = 3.0  # resolutions beside an end or a hole that are left out
 
 
@@ -99,6 +100,18 @@ def residual_effort(
     applied, value = _along(coordinates, given), _along(coordinates, lacking)
     whole = whole[:-1] & whole[1:] & np.isfinite(applied).all(axis=1) & np.isfinite(value).all(axis=1)
     return _thinned(recording.name, simulator, coordinates, resolution, fine, grid[:-1] + fine / 2, whole, value, applied, position, speed)
+
+
+def efforts_at(simulator: Any, effort: ResidualEffort, rows: NDArray[np.int64]) -> Array:
+    """(m, C) residual efforts in another model at some instants of a recording that drives it, from its smoothed motion: derivatives by
+    what is changed in the model are smooth; the values themselves are not.
+    """
+    coordinates = coordinates_of("", simulator.joints, simulator.ratios)
+    n = len(simulator.joints)
+    time = np.round(effort.time[rows] / simulator.step) * simulator.step
+    span = max(1, round(SPAN / simulator.step)) * simulator.step
+    states = _states(n, coordinates, time, effort.position[rows], effort.speed[rows])
+    return _along(coordinates, simulator.missing_efforts(states, span, states[:, N_ROOT + n :])[1])
 
 
 def _grid(series: Sequence[Sequence[Series]], fine: float, step: float) -> Array:

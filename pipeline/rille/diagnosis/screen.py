@@ -1,13 +1,13 @@
 """Screening: what each hypothesis would do to the residuals, by a few replays, and how much of them that could explain.
 
 The signature of an amplitude a is s = (w(a) - w(0))/a with w the whitened residuals. The size of the trial is adapted until it is felt, yet
-is not larger than the residuals themselves: effects that act beyond a threshold only, and units far from the usual, are screened alike. With
-w + sum_i a_i s_i in least squares within the bounds follow amplitudes and the expected drop of chi-squared. All that is done on some
+is not larger than the residuals themselves: effects that act beyond a threshold only, and units far from the usual, are screened alike.
+With w + sum_i a_i s_i in least squares within the bounds follow amplitudes and the expected drop of chi-squared. All that is done on some
 windows, those that differ most and others spread over the time. Hypotheses that promise something there are then run in all windows, and
 corrected along that direction if they keep less than they promised.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from rille.diagnosis.bounded_squares import bounded_minimum
 from rille.diagnosis.evidence import Array, Evidence
 from rille.diagnosis.judge import Inquiry, Judge, Progress, Single, ask_together
-from rille.diagnosis.shape_tries import Values, quadrature, shape_tries
+from rille.diagnosis.shape_tries import Tries, Values, quadrature, shape_tries
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
 
 ROUNDS = 7  # of finding the size of a trial
@@ -27,6 +27,7 @@ KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
 CORRECTIONS = 3
 FEW_WINDOWS = 16
 BEST_SHAPES = 2
+SCANNED, SCANNED_FROM = 8, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +86,7 @@ def screen(
     hypotheses: Sequence[Hypothesis],
     *,
     on_top: Setting = (),
-    tries: Mapping[str, Sequence[Values]] | None = None,
+    tries: Tries | None = None,
     judge: Judge | None = None,
     on_progress: Progress | None = None,
 ) -> Screened:
@@ -125,11 +126,40 @@ def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
 
 
 def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[_Proposal]:
-    """Values at which the hypothesis explains most of these windows, as far as linear signatures tell."""
+    """Values at which the hypothesis explains most of these windows. Where the linear promise is not kept, the amplitude is scanned."""
     trials = yield from _felt_trials(judge, hypothesis, shapes)
     least = max(LEAST_DROP, PROMISING * judge.excess)
-    offers = tuple((drop / judge.excess, values) for drop, values in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if drop > least)
-    return _Proposal(offers=offers, tries=len(shapes), silent=not trials)
+    offers = [offer for offer in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if offer[0] > least]
+    promised = offers[0][0] if offers else 0.0
+    kept = 0.0
+    if offers:
+        blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
+        offers = _as_found(judge, blocks, [values for _, values in offers])
+        kept = offers[0][0]
+    if trials and kept <= KEPT * promised and sum(number.amplitude for number in hypothesis.free) == 1:
+        scanned = _scan(max(trials, key=lambda trial: trial.size), [values for _, values in offers[:1]])
+        blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
+        offers = sorted(offers + _as_found(judge, blocks, scanned), key=lambda offer: -offer[0])[:BEST_SHAPES]
+    shares = tuple((drop / judge.excess, values) for drop, values in offers if drop > least)
+    return _Proposal(offers=shares, tries=len(shapes), silent=not trials)
+
+
+def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tuple[float, Values]]:
+    """Offers with the drop of chi-squared that was found there, best first."""
+    drops = judge.chi2 - np.sum(blocks**2, axis=1)
+    return sorted(((float(drop), values) for drop, values in zip(drops, points, strict=True)), key=lambda offer: -offer[0])
+
+
+def _scan(trial: _Trial, proposed: Sequence[Values]) -> list[Values]:
+    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or the proposed one."""
+    number = trial.number
+    aims = [abs(values[number.name] - number.absent) for values in proposed]
+    size = abs(trial.step)
+    low = max(trial.weak, SCANNED_FROM * size) if trial.weak < size else SCANNED_FROM * size
+    high = min(max(trial.strong, 2.0 * size, *aims), number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
+    steps = np.sign(trial.step) * np.geomspace(low, max(high, low), SCANNED)
+    shape = {**trial.shape, **{k: v for values in proposed for k, v in values.items() if k != number.name}}
+    return [shape | {number.name: float(np.clip(number.absent + step, number.lower, number.upper))} for step in steps]
 
 
 def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquiry[Signature]:
@@ -217,8 +247,8 @@ def _offers(judge: Judge, hypothesis: Hypothesis, trials: Sequence[_Trial]) -> l
     for shape, group in by_shape.items():
         columns = np.stack([trial.change / trial.step for trial in group])
         if phase is None:
-            lower = np.array([trial.number.lower - trial.number.absent for trial in group])
-            upper = np.array([trial.number.upper - trial.number.absent for trial in group])
+            lower = np.minimum([trial.number.lower - trial.number.absent for trial in group], 0.0)
+            upper = np.maximum([trial.number.upper - trial.number.absent for trial in group], 0.0)
         else:
             upper = np.full(len(group), np.inf)
             lower = -upper

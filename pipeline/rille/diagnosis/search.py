@@ -9,7 +9,7 @@ looked at many (``accept.py``).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rille.diagnosis.accept import differs, is_accepted
+from rille.diagnosis.accept import LEAST_EXCESS, differs, is_accepted
 from rille.diagnosis.confound import groups
 from rille.diagnosis.evidence import Evidence
 from rille.diagnosis.fit import Fitted, estimates, fit_together
@@ -18,7 +18,7 @@ from rille.diagnosis.judge import Judge, Progress
 from rille.diagnosis.pairs import promising_pairs
 from rille.diagnosis.rank import rank
 from rille.diagnosis.screen import Screened, screen
-from rille.diagnosis.shape_tries import Values
+from rille.diagnosis.shape_tries import Tries
 from rille.model.diagnosis import Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
@@ -60,15 +60,15 @@ def search(
     always: Setting = (),
     kinds: Mapping[str, EffectKind] | None = None,
     most: int = 4,
-    tries: Mapping[str, Sequence[Values]] | None = None,
+    tries: Tries | None = None,
     floor: float = 1.0,
     on_progress: Progress | None = None,
 ) -> Found:
     """What explains the evidence.
 
-    always : terms that are no part of the question, their free numbers are fitted along (soil parameters of a bench). kinds : the catalogue,
-    for equations and sources. most : pieces at most. tries : by title, values of shape numbers to begin with. floor : chi-squared per degree
-    that noise alone gives. on_progress : called with what is being done and the share of it that is done.
+    always : terms that are no part of the question, their free numbers are fitted along (soil parameters of a bench). kinds : the
+    catalogue, for equations and sources. most : pieces at most. tries : by title, values of shape numbers to begin with. floor :
+    chi-squared per degree that noise alone gives. on_progress : called with what is being done and the share of it that is done.
     """
     judge = Judge(evidence, always, floor=floor)
     if judge.metric.n_windows < LEAST_WINDOWS or judge.degrees < LEAST_DEGREES:
@@ -78,14 +78,14 @@ def search(
         always = fit_together(judge, [[always]], on_progress=on_progress)[0].setting
         judge = Judge(evidence, always, floor=floor)
     state = _State(always=always, judge=judge)
-    while len(state.pieces) < most and differs(state.judge):
+    while len(state.pieces) < most and differs(state.judge) and state.judge.excess > LEAST_EXCESS * judge.excess:
         if not _look(state, evidence, hypotheses, judge, most - len(state.pieces), tries, on_progress):
             break
     return _answer(state, judge, kinds or {}, _verdict(state, judge))
 
 
 def _look(state: _State, evidence: Evidence, hypotheses: Sequence[Hypothesis], first: Judge, most: int,
-          tries: Mapping[str, Sequence[Values]] | None, on_progress: Progress | None) -> bool:  # fmt: skip
+          tries: Tries | None, on_progress: Progress | None) -> bool:  # fmt: skip
     """One more piece (or two) on top of what is accepted; whether any was."""
     judge = state.judge
     remaining = [h for h in hypotheses if not any(_same(h, piece.hypothesis) for piece in state.pieces)]
@@ -107,14 +107,14 @@ def _look(state: _State, evidence: Evidence, hypotheses: Sequence[Hypothesis], f
         taken = pairs[pair - len(singles) - 1].setting
     if taken is None:
         return False
-    rivals = [singles[i - 1].setting[-1] for i in order][: RIVALS + 1]
+    rivals = [singles[i - 1].setting[-1] for i in order]
     new = len(taken) - len(judge.on_top)
     return _settle(state, evidence, taken, [*state.rivals, *[rivals] * new], first, n, on_progress)
 
 
-def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Mapping[str, Sequence[Values]] | None,
+def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries | None,
                     on_progress: Progress | None) -> tuple[Screened, list[Fitted]]:  # fmt: skip
-    """All hypotheses screened, and the best of them fitted. Those with whole numbers, which take many trials, only if others leave something."""
+    """All hypotheses screened, and the best fitted. Those with whole numbers, which take many trials, only if others leave something."""
     cheap = [h for h in hypotheses if all(n.search != "order" for n in h.free)]
     screened, singles, done = Screened(judge=judge, signatures=(), tries=0), [], []
     for part in (cheap, [h for h in hypotheses if h not in cheap]):
@@ -192,10 +192,14 @@ def _relinearised(state: _State, evidence: Evidence, taken: Setting, on_progress
 
 
 def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
-    """The setting itself, and each of its pieces against its rivals."""
+    """The setting itself, and each of its pieces against its rivals; also against simpler ones of its target, whosever rivals they were."""
     found = [taken]
-    for k, others in enumerate(rivals, start=always):
-        for term in others[: RIVALS if len(rivals) == 1 else RIVALS // 2]:
+    most = RIVALS if len(rivals) == 1 else RIVALS // 2
+    for k, own in enumerate(rivals, start=always):
+        piece = taken[k].hypothesis
+        others = [term for term in own if not _same(term.hypothesis, piece)][:most]
+        others += [t for each in rivals for t in each if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)]
+        for term in others:
             setting = (*taken[:k], term, *taken[k + 1 :])
             if not any(_same(term.hypothesis, t.hypothesis) for t in taken) and not any(_same_pieces(setting, one) for one in found):
                 found.append(setting)

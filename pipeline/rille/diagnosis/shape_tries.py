@@ -12,6 +12,8 @@ ORDERS = (36, 40, 42, 44, 45, 48, 50, 52, 54, 56, 60, 64, 72, 80, 84, 90, 96, 10
           400, 500)  # fmt: skip
 PHASES = (0.5 * np.pi, np.pi, -0.5 * np.pi)  # beside 0, where two trials cannot give the phase
 Values = dict[str, float]
+Tries = Mapping[str, Sequence[Mapping[str, float]]]
+"""By title of a hypothesis, sets of values of its shape numbers."""
 
 
 def quadrature(hypothesis: Hypothesis) -> FreeNumber | None:

@@ -1,5 +1,6 @@
 """The verdict in words."""
 
+import math
 from collections.abc import Sequence
 
 from rille.model.diagnosis import Estimate, Group, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
@@ -17,9 +18,10 @@ def statement(
     proof: Proof | None,
     transients: Sequence[Transient],
     limits: Sequence[str],
+    unknown_like: str = "",
 ) -> str:
     """One paragraph: what it is, where, how sure, how much better, and what stays open. ``leftover``: share of the excess that is left."""
-    parts = [_what(verdict, terms, ranked, groups, leftover)]
+    parts = [_what(verdict, terms, ranked, groups, leftover), unknown_like]
     if verdict != "nothing_missing" and location.sentence:
         parts.append(location.sentence)
     if transients:
@@ -44,6 +46,11 @@ def number(estimate: Estimate) -> str:
     return f"{estimate.name} {estimate.value:.3g}{unit}{interval}"
 
 
+def percent(share: float) -> str:
+    """``93 %``; never certain."""
+    return "> 99 %" if share > 0.99 else "< 1 %" if share < 0.01 else f"{100 * share:.0f} %"
+
+
 def _named(term: NamedTerm) -> str:
     numbers = ", ".join(number(e) for e in term.estimates[:3])
     return f"{term.term.hypothesis.title}{f', {numbers}' if numbers else ''}"
@@ -57,7 +64,7 @@ def _listed(names: Sequence[str]) -> str:
 def _what(
     verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], groups: Sequence[Group], leftover: float
 ) -> str:
-    sure = f"; probability {100 * ranked[0].probability:.0f} %" if ranked else ""
+    sure = f"; probability {percent(ranked[0].probability)}" if ranked else ""
     explained = f"; explains {100 * (1 - leftover):.0f} % of what is beyond the noise" if 0 <= leftover <= 1 else ""
     named = _listed([_named(term) for term in terms]) if terms else ""
     if verdict == "nothing_missing":
@@ -88,8 +95,10 @@ def _pushes(transients: Sequence[Transient]) -> str:
 
 
 def _proven(proof: Proof) -> str:
+    if not math.isfinite(proof.gap_closed):
+        return ""
+    interval = f" ({100 * proof.low:.0f} to {100 * proof.high:.0f} %)" if math.isfinite(proof.low) else ""
     return (
-        f"on {proof.held_out}, which the fit has not seen, the gap to the noise closes by {100 * proof.gap_closed:.0f} % "
-        f"({100 * proof.low:.0f} to {100 * proof.high:.0f} %): RMS {proof.before:.2f} to {proof.after:.2f} times the noise, floor "
-        f"{proof.floor:.2f}"
+        f"on {proof.held_out}, which the fit has not seen, the gap to the noise closes by {100 * proof.gap_closed:.0f} %{interval}: "
+        f"RMS {proof.before:.2f} to {proof.after:.2f} times the noise, floor {proof.floor:.2f}"
     )

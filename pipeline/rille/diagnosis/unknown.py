@@ -98,7 +98,7 @@ def find_unknown(
     if explained < LEAST:
         return None
     law = best.laws[0]
-    formula = in_words(best.laws, numbers)
+    formula = in_words(best.laws, numbers.tolist())
     where = f"{'all' if law.target == '*' else 'the'} {law.target_kind}s" if law.target == "*" else f"{law.target_kind} '{law.target}'"
     return Unknown(
         setting=as_setting(best.laws, numbers.tolist()),
@@ -120,7 +120,7 @@ def _everywhere(machine: Machine) -> list[tuple[TargetKind, str]]:
         places.append(("body", machine.root))
     driven = {d.joint for d in machine.drives}
     joints = [j for j in machine.joints if j.kind in ("hinge", "prismatic")]
-    places += [("joint", j.name) for j in sorted(joints, key=lambda j: j.name not in driven)]
+    places.extend(("joint", j.name) for j in sorted(joints, key=lambda j: j.name not in driven))
     return places[:MOST_TARGETS]
 
 
@@ -201,9 +201,7 @@ def _error(gains: Array) -> float:
     return float(np.std(gains) * np.sqrt(len(gains)))
 
 
-def _refitted(
-    evidence: Evidence, metric: Metric, chosen: _Chosen, setting: Setting, guess: Array, before: float
-) -> tuple[Array, float]:
+def _refitted(evidence: Evidence, metric: Metric, chosen: _Chosen, setting: Setting, guess: Array, before: float) -> tuple[Array, float]:
     """Numbers after a few Gauss-Newton steps through the solver from ``guess``, and the sum of squares that they leave.
 
     before : what is left without them; where the guess leaves no less, the numbers are 0.

@@ -62,9 +62,9 @@ def unknowns_of(setting: Setting) -> tuple[Unknown, ...]:
     found = []
     for place, term in enumerate(setting):
         for number, value in zip(term.hypothesis.free, term.values, strict=True):
-            if number.search == "order" or number.upper <= number.lower:
+            if number.search == "order" or number.upper <= number.lower or (number.spread <= 0 and not number.amplitude):
                 continue
-            log = number.search == "scale" and number.lower >= 0 and not number.amplitude
+            log = number.search == "scale" and number.lower >= 0 and not number.amplitude and min(value, number.start) > 0
             width = WIDE * number.spread if number.amplitude else DECADES if log else LOOSE * number.spread
             centre = number.absent if number.amplitude else value if number.search in ("place", "time", "phase") else number.start
             unknown = Unknown(place, number, log, 0.0, 1.0 / width**2 if width > 0 else 0.0)

@@ -47,7 +47,7 @@ def calibration() -> Calibration:
 
 
 def evidence_against(behind: Array, behind_error: Array) -> Array:
-    """(m,) what speaks against each, in nats: half its squared standard errors behind the best, never more than the log-likelihood itself."""
+    """(m,) what speaks against each, in nats: half its squared standard errors behind the best, or its log-likelihood if less."""
     errors = np.divide(behind, behind_error, out=np.zeros_like(behind), where=behind_error > 0)
     return np.where(behind_error > 0, np.minimum(behind, 0.5 * errors**2), behind)
 

@@ -38,6 +38,7 @@ class Hypothesis:
     of the recorded channel). target_kind : wheel, joint, body, terrain, world, soil, drive, channel, machine.
     free : numbers that are left open. fixed : others of the effect, SI. moves : of a parameter, (free number, parameter of the solver,
     factor): the solver's parameter becomes its value in the model + factor (number - absent).
+    words : what is no number of an effect: formula, output, constants and target_kind of an expression.
     memory : what it does now depends on what was before the window (ruts, sloshing): windows must be run one after the other.
     passive : it can only take energy out.
     """
@@ -49,6 +50,7 @@ class Hypothesis:
     free: tuple[FreeNumber, ...]
     fixed: Mapping[str, float] = field(default_factory=dict)
     moves: tuple[tuple[str, str, float], ...] = ()
+    words: Mapping[str, object] = field(default_factory=dict)
     memory: bool = False
     passive: bool = False
 

@@ -5,7 +5,8 @@ from rille.store.database import create, held_open, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.findings import find_finding, read_findings, write_finding
 from rille.store.health import check, info, units
-from rille.store.improvement import improve, model_digest, parameter_values, planned_changes
+from rille.store.improvement import improve, parameter_values, planned_changes
+from rille.store.model_digest import model_digest
 from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.recordings import (
     RecordingWriter,

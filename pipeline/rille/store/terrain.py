@@ -115,7 +115,7 @@ def _free(connection: sqlite3.Connection, path: Path, name: str, replace: bool) 
 
 def _write_matter(connection: sqlite3.Connection, terrain: Terrain) -> dict[str, int]:
     """Soils, materials and pairs; returns the keys of the soils by name."""
-    soils = {soil.name: _write_soil(connection, soil) for soil in terrain.soils}
+    soils = {soil.name: write_soil(connection, soil) for soil in terrain.soils}
     for material in terrain.materials:
         write_material(connection, material)
     for pair in terrain.pairs:
@@ -206,7 +206,8 @@ def _digest(population: Population) -> str:
     return found.hexdigest()
 
 
-def _write_soil(connection: sqlite3.Connection, soil: Soil) -> int:
+def write_soil(connection: sqlite3.Connection, soil: Soil) -> int:
+    """Key of the soil in a database that is open already; one of that name must have the same values."""
     row = {column: getattr(soil, column) for column in SOIL_COLUMNS}
     present = connection.execute("SELECT * FROM soil WHERE name = ?", (soil.name,)).fetchone()
     if present is None:

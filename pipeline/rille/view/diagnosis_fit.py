@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 
 SHOWN = 12
 DRAWN = 24  # rows of the picture of channels
+NOT_PROVEN = (
+    "How much better unseen recordings are reproduced is not known: nothing was held out, or what was is at the noise already. "
+    "Hold recordings out with <code>--held-out</code>, or record for longer."
+)
 CURVES = 4  # channels before and after
 TICKS = (0.5, 1, 1.5, 2, 3, 5, 7, 10, 20, 30, 50, 100, 200, 500, 1000, 10_000)
 POINTS = 1500
@@ -25,12 +29,13 @@ AROUND = 3.0  # [s] shown on either side of the worst window
 def fit_section(diagnosis: Diagnosis, base: Sequence[Comparison] = (), improved: Sequence[Comparison] = ()) -> Section | None:
     """Before and after on what the fit has not seen; None if nothing was proved.
 
-    base, improved : the held-out recordings under the present and the improved model, for curves.
+    base, improved : recordings under the present and the improved model, for curves; of one name the first counts.
     """
     proof = diagnosis.proof
     if proof is None:
         return None
-    body = _gauge(proof)
+    proven = math.isfinite(proof.gap_closed)
+    body = _gauge(proof) if proven else f"<p>{NOT_PROVEN}</p>"
     if proof.channels:
         body += _channels_figure(proof)
     body += _curves(base, improved)
@@ -38,7 +43,7 @@ def fit_section(diagnosis: Diagnosis, base: Sequence[Comparison] = (), improved:
         body += _channel_table(proof)
     if proof.ablation:
         body += _ablation(proof)
-    lead = f"Held out: {proof.held_out}. The fit has not seen it." if proof.held_out else ""
+    lead = f"Held out: {proof.held_out}. The fit has not seen it." if proof.held_out and proven else ""
     return Section(key="fit", title="The fit", lead=lead, body=body)
 
 
@@ -126,7 +131,7 @@ def _channels_figure(proof: Proof) -> str:
 
 def _curves(base: Sequence[Comparison], improved: Sequence[Comparison]) -> str:
     """Measured, present and improved, around the window that was worst, of the channels that gained most."""
-    better = {comparison.recording: comparison for comparison in improved}
+    better = {comparison.recording: comparison for comparison in reversed(improved)}
     pairs = [(a, better[a.recording]) for a in base if a.recording in better]
     found = [(*best, a) for a, b in pairs for best in _gains(a, b)]
     found.sort(key=lambda item: -item[0])

@@ -10,6 +10,7 @@ from rille.model.difference import Difference, TargetDifference
 from rille.model.hypothesis import Hypothesis
 from rille.view.difference_rover import rover_picture
 from rille.view.machine_picture import REST, machine_picture
+from rille.view.pose import placed_meshes
 
 ACCUSED, SUSPECT = "#b3261e", "#e0a13b"
 LABELS = 6
@@ -40,7 +41,7 @@ def accused_picture(
     diagnosis: Diagnosis, difference: Difference | None, comparisons: Sequence[Comparison], rover: Rover | None
 ) -> tuple[str, list[str]]:
     """The machine with what is named in red and what cannot be told apart from it in amber; if nothing is named, by residual."""
-    if rover is None:
+    if rover is None or next(placed_meshes(rover), None) is None:
         return "", []
     targets = {c.channel.name: c.channel.target for comparison in comparisons for c in comparison.channels}
     told: dict[str, str] = {}

@@ -56,19 +56,18 @@ def write_diagnosis_report(
     ----------
     path : of the HTML file. numbers : the diagnosis as JSON; the page holds it, and every number in it says where it stands there.
     finding : name under which the database keeps it. changes : what applying it changes. difference, comparisons : of the present model,
-    for the time line, the map and curves. improved : comparisons of the improved model with held-out recordings. rover, terrain : for the
+    for the time line, the map and curves. improved : comparisons of the improved model with the same recordings. rover, terrain : for the
     pictures.
 
     Raises
     ------
     InputRefused : if the file cannot be written.
     """
-    held_out = [comparison for comparison in comparisons if comparison.recording in diagnosis.held_out] or list(comparisons)
     sections = [
         where_section(diagnosis, difference, comparisons, rover, terrain),
         what_section(diagnosis),
         model_section(diagnosis, changes, finding),
-        fit_section(diagnosis, held_out, improved),
+        fit_section(diagnosis, comparisons, improved),
         _data_section(diagnosis),
         _next_section(diagnosis),
         _reading_section(diagnosis),
@@ -95,7 +94,7 @@ def _verdict(diagnosis: Diagnosis) -> Html:
     """The answer in one paragraph: what, where, how much better, what next."""
     said = [f"<b>{escaped(_sentence(diagnosis.sentence))}</b>"]
     where = diagnosis.location.sentence
-    if where and where not in diagnosis.sentence:
+    if where and where.strip(". ").lower() not in diagnosis.sentence.lower():
         said.append(escaped(_sentence(where)))
     proof = diagnosis.proof
     if proof is not None and math.isfinite(proof.gap_closed) and "gap" not in diagnosis.sentence:
@@ -125,7 +124,7 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
     if worst is not None:
         target = diagnosis.location.targets[worst]
         facts["Sits at"] = Html(f"{escaped(target.name)} ({percent_at(target.share, f'location.targets[{worst}].share')})")
-    if diagnosis.proof is not None:
+    if diagnosis.proof is not None and math.isfinite(diagnosis.proof.gap_closed):
         proof = diagnosis.proof
         facts["Gap closed, held out"] = Html(
             f"{percent_at(proof.gap_closed, 'proof.gap_closed')} <small>[{percent(proof.low)}, {percent(proof.high)}]</small>"

@@ -13,6 +13,7 @@ from rille.view.traced import percent
 
 DRAWN = 5  # recordings with a time line each; more become rows of one picture
 ROWS = 60
+TICKS = (1, 3, 10, 30, 100, 300, 1000, 10_000)  # of an axis of powers
 
 
 def time_line(diagnosis: Diagnosis, difference: Difference | None) -> str:
@@ -63,6 +64,7 @@ def time_line(diagnosis: Diagnosis, difference: Difference | None) -> str:
             "title": {"text": "residual / noise"},
             "type": "log" if log else "linear",
             "range": [math.log10(0.5), math.log10(1.3 * top)] if log else [0, 1.15 * top],
+            **({"tickvals": TICKS, "ticktext": [f"{t:g}" for t in TICKS]} if log else {}),
         }
         layout[f"xaxis{axis}"] = {"title": {"text": "time [s]" if k == len(recordings) - 1 else ""}}
         if not windows and spans:  # an axis needs a trace to exist

@@ -16,7 +16,8 @@ CAUSES: dict[str, tuple[str, Tone]] = {
 
 def what_section(diagnosis: Diagnosis) -> Section:
     """Ranked hypotheses with their probabilities, groups, and why each loses."""
-    body = "".join(_group(group, k) for k, group in enumerate(diagnosis.groups) if len(group.members) > 1)
+    best = diagnosis.ranked[0].group if diagnosis.ranked else 0
+    body = "".join(_group(g, k) for k, g in enumerate(diagnosis.groups) if best and g.number == best and len(g.members) > 1)
     if diagnosis.ranked:
         body += _table(diagnosis)
     if diagnosis.unknown_like:
@@ -74,7 +75,7 @@ def _row(ranked: RankedHypothesis, k: int, diagnosis: Diagnosis) -> list[str | C
         Cell(text=percent_at(ranked.explained, f"{place}.explained"), value=ranked.explained),
         Cell(text=traced(with_error(ranked.gain, ranked.gain_error), f"{place}.gain"), value=ranked.gain),
         Cell(text=traced(behind, f"{place}.behind") if behind else "", value=ranked.behind),
-        badge(f"group {ranked.group}", "notice") if ranked.group else "",
+        badge(f"group {ranked.group}", "notice") if ranked.group and ranked.group == diagnosis.ranked[0].group else "",
         said,
     ]
 

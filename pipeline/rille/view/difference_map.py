@@ -4,6 +4,7 @@ import base64
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,7 +94,7 @@ def _way(difference: Difference, comparison: Comparison, most: int) -> Way | Non
     return Way(x=regimes.values["x"][middle], y=regimes.values["y"][middle], window=regimes.window[middle], scores=scores)
 
 
-def ground_image(terrain: Terrain, x: Array, y: Array) -> dict[str, object] | None:
+def ground_image(terrain: Terrain, x: Array, y: Array) -> dict[str, Any] | None:
     """The ground below the way as a lit picture, with its place."""
     from PIL import Image
 

@@ -34,6 +34,8 @@ def with_error(value: float, error: float) -> str:
     """Value and standard error, to the digits that the error allows."""
     if not (math.isfinite(value) and math.isfinite(error) and error > 0):
         return number(value)
+    if max(abs(value), error) >= 1e5 or abs(value) < 1e-4 > error:
+        return f"{number(value)} ± {number(error, 2)}"
     places = min(6, max(0, 1 - math.floor(math.log10(error))))
     return f"{value:.{places}f} ± {error:.{places}f}"
 

@@ -39,6 +39,7 @@ class WheelEffect {
  public:
   virtual ~WheelEffect() = default;
   virtual bool reads_ruts() const { return false; }
+  virtual bool acts_on_rigid() const { return false; }  // its scrub and rolling torque are the wheel's own, on hard ground too
   virtual void before(WheelSite&) const {}
   virtual void after(const WheelSite&, SoilReaction&) const {}
   virtual void advance(const WheelSite&, double /*h*/) {}  // once a step

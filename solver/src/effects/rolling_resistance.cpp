@@ -11,6 +11,7 @@ namespace {
 class RollingResistance final : public WheelEffect {
  public:
   explicit RollingResistance(double coefficient) : coefficient_(coefficient) {}
+  bool acts_on_rigid() const override { return true; }
   void after(const WheelSite& site, SoilReaction& reaction) const override {
     const double torque = coefficient_ * std::max(reaction.normal_load, 0.0) * site.wheel->radius;
     reaction.torque += torque;

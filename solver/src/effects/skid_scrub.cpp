@@ -18,6 +18,7 @@ namespace {
 class SkidScrub final : public WheelEffect {
  public:
   explicit SkidScrub(double friction) : friction_(friction) {}
+  bool acts_on_rigid() const override { return true; }
   void after(const WheelSite& site, SoilReaction& reaction) const override {
     if (reaction.contact_length > 0)
       reaction.scrub_torque += friction_ * std::max(reaction.normal_load, 0.0) * mean_distance(reaction.contact_length, site.wheel->width);

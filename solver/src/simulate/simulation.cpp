@@ -289,13 +289,20 @@ bool Simulation::sticks() const {
   return false;
 }
 
-// The free motion by Runge-Kutta, then the impulses of the rows, which act over the whole step: half of them on the way (second-order splitting,
-// Strang 1968). Where they vanish it is the free motion. Impulses that hold a joint at rest are left to the semi-implicit step, where rest is exact.
+// Runge-Kutta under the forces of the rows, which are constant over the step: those of the semi-implicit step. Where they vanish it is the free
+// motion. Forces on the root come as impulses after the free motion, half of them on the way (Strang 1968). Impulses that hold a joint at rest
+// are left to the semi-implicit step, where rest is exact.
 bool Simulation::split_step(double h) {
   if (!solve_rows(mechanism_.free_velocity(h, effort_))) return false;
   if (sticks()) {
     mechanism_.set_velocity(velocity_);
     mechanism_.advance_position(h);
+    return true;
+  }
+  force_ = effort_;
+  for (int i = 0; i < rows_.size(); ++i) rows_.add_scaled(rows_[i], solver_.impulse()[i] / h, force_);
+  if (mechanism_.held_by_world() || force_.head<6>().isZero(0)) {
+    mechanism_.advance_rk4(h, force_);
     return true;
   }
   mechanism_.advance_rk4(h, effort_);

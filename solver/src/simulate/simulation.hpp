@@ -139,6 +139,7 @@ class Simulation {
   RowSet rows_;
   RowSolver solver_;
   Eigen::VectorXd effort_;    // (n) efforts that act as given forces in this step
+  Eigen::VectorXd force_;     // (n) with the forces of rows
   Eigen::VectorXd velocity_;  // (n) of the next step
   std::vector<JointReaction> reactions_;
   std::vector<BodyForce> forces_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/slip.hpp"
 
@@ -16,6 +17,19 @@ constexpr double kSlipReportSpeed = 1e-4;
 // A wheel that spins on the spot still ploughs its rut, and a locked one that is dragged still has its rolling torque: resistance sees this
 // share of the other velocity too, so that it has its full size and its direction there, and rests only where both velocities do.
 constexpr double kTravelShare = 0.01;
+
+// A wheel touches hard ground along a line: this share of its radius long.
+constexpr double kLineContact = 1e-3;
+
+// Dry friction of the given size against one velocity; a negative size (an unusual soil) is taken as a given force.
+void bound(Row& row, double h, double size, double speed) {
+  if (size >= 0) {
+    row.lower = -h * size;
+    row.upper = h * size;
+  } else {
+    row.lower = row.upper = -std::copysign(h * size, speed);
+  }
+}
 
 }  // namespace
 
@@ -33,6 +47,8 @@ WheelContact::WheelContact(const Rover& rover, const Terrain& terrain, int wheel
 ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, double h, RowSet& rows, RigidContacts& rigid, Ruts* ruts) {
   first_row_ = -1;
   n_rows_ = 0;
+  on_rigid_ = false;
+  const double load_before = std::exchange(rigid_load_, 0.0);
   const double radius = wheel_->radius;
   const Vector3d center = mechanism.to_world(body_, wheel_->center);
   const Vector3d axle = mechanism.rotate_to_world(body_, axle_in_model_);
@@ -74,6 +90,10 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
     if (sinkage <= -5e-3) return ContactStatus::in_air;
     report_slip(slip, v, u, v_y);
     state_.sinkage = std::max(sinkage, 0.0);
+    on_rigid_ = true;
+    if (!effects_->empty() && load_before > 0)
+      open_rigid_effects(mechanism, {.wheel = wheel_, .time = time, .angle = mechanism.joint_position(wheel_->joint), .position = center.head<2>(),
+                                     .travel_speed = v, .rim_speed = u, .lateral_speed = v_y, .slip = slip}, load_before, h, rows);
     return ContactStatus::on_rigid;
   }
   if (sinkage <= 0) {
@@ -144,23 +164,8 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
   const double dashpot = damping * wheel_->width * reaction.contact_length;
 
   const auto open = [&](const Vector3d& point, const Vector3d& linear, const Vector3d& angular, double weight) -> Row& {
-    const int row = rows.open(RowKind::soil);
-    if (n_rows_ == 0) first_row_ = row;
-    mechanism.add_jacobian(body_, point, linear, angular, rows);
-    rows[row].weight = std::max(weight, 1e-30);
-    rows[row].side = sides_[static_cast<std::size_t>(n_rows_++)];
-    return rows[row];
+    return open_row(mechanism, RowKind::soil, point, linear, angular, weight, rows);
   };
-  // Dry friction of the given size against one velocity; a negative size (an unusual soil) is taken as a given force.
-  const auto bound = [&](Row& row, double size, double speed) {
-    if (size >= 0) {
-      row.lower = -h * size;
-      row.upper = h * size;
-    } else {
-      row.lower = row.upper = -std::copysign(h * size, speed);
-    }
-  };
-
   const double normal_slope = h * stiffness + dashpot;
   Row& normal = open(center, up, Vector3d::Zero(), h * normal_slope);
   normal.target = normal_slope > 0 ? load / normal_slope : 0;
@@ -176,11 +181,11 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
   }
 
   Row& rolling_row = open(center, Vector3d::Zero(), radius * axle, h * std::max(rolling, 0.0) / kParkingSpeed);
-  bound(rolling_row, rolling, u);
+  bound(rolling_row, h, rolling, u);
   rolling_row.target = std::abs(v) > std::abs(u) ? -slip.direction * kTravelShare * std::abs(v) : 0;
 
   Row& rut_row = open(center, ahead, Vector3d::Zero(), h * std::max(rut, 0.0) / kParkingSpeed);
-  bound(rut_row, rut, v);
+  bound(rut_row, h, rut, v);
   rut_row.target = std::abs(u) > std::abs(v) ? -slip.direction * kTravelShare * std::abs(u) : 0;
 
   Row& side = open(foot, axle, Vector3d::Zero(), h * reaction.side_force / slip.lateral_speed);
@@ -193,6 +198,32 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
     scrub.upper = h * reaction.scrub_torque;
   }
   return ContactStatus::on_soil;
+}
+
+// What is the wheel's own and not the soil's, with the load of the last step.
+void WheelContact::open_rigid_effects(const Mechanism& mechanism, const WheelSite& site, double load, double h, RowSet& rows) {
+  SoilReaction reaction;
+  reaction.normal_load = load;
+  reaction.contact_length = kLineContact * wheel_->radius;
+  for (const auto& effect : *effects_)
+    if (effect->acts_on_rigid()) effect->after(site, reaction);
+  const Vector3d none = Vector3d::Zero();
+  const Vector3d foot = state_.center - wheel_->radius * up_;
+  const double rolling = reaction.rolling_torque / wheel_->radius;
+  if (rolling > 0) bound(open_row(mechanism, RowKind::contact, foot, none, wheel_->radius * axle_, h * rolling / kParkingSpeed, rows), h, rolling, site.rim_speed);
+  const double scrub = reaction.scrub_torque;
+  if (scrub > 0) bound(open_row(mechanism, RowKind::contact, foot, none, up_, h * scrub / kParkingSpeed, rows), h, scrub, 0);
+  rigid_torque_row_ = rolling > 0 ? first_row_ : -1;
+}
+
+Row& WheelContact::open_row(const Mechanism& mechanism, RowKind kind, const Vector3d& point, const Vector3d& linear, const Vector3d& angular,
+                            double weight, RowSet& rows) {
+  const int row = rows.open(kind);
+  if (n_rows_ == 0) first_row_ = row;
+  mechanism.add_jacobian(body_, point, linear, angular, rows);
+  rows[row].weight = std::max(weight, 1e-30);
+  rows[row].side = sides_[static_cast<std::size_t>(n_rows_++)];
+  return rows[row];
 }
 
 void WheelContact::report_slip(const Slip& slip, double v, double u, double v_y) {
@@ -214,6 +245,10 @@ void WheelContact::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse
   if (first_row_ < 0) return;
   const auto force = [&](int k) { return impulse[first_row_ + k] / h; };
   for (int k = 0; k < n_rows_; ++k) sides_[static_cast<std::size_t>(k)] = rows[first_row_ + k].side;
+  if (on_rigid_) {
+    if (rigid_torque_row_ >= 0) state_.drive_torque = -wheel_->radius * force(rigid_torque_row_ - first_row_);
+    return;
+  }
   state_.normal_load = force(0);
   state_.drawbar_pull = force(3) - force(1);
   state_.side_force = force(4);
@@ -223,6 +258,7 @@ void WheelContact::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse
 void WheelContact::add_rigid(const Vector3d& force) {
   if (force.isZero(0)) return;
   state_.normal_load += force.dot(up_);
+  if (on_rigid_) rigid_load_ = std::max(0.0, force.dot(up_));
   state_.drawbar_pull += force.dot(ahead_);
   state_.side_force += force.dot(axle_);
   state_.drive_torque += wheel_->radius * force.dot(ahead_);

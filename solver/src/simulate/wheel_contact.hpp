@@ -47,13 +47,16 @@ class WheelContact {
   // The next step takes memories of effects from steady rolling as the wheel moves then: a window that starts in mid-run.
   void assume_steady() { assume_steady_ = true; }
   void visit(Archive& archive) {
-    archive(assume_steady_, sides_, marked_at_, marked_sinkage_);
+    archive(assume_steady_, sides_, marked_at_, marked_sinkage_, rigid_load_);
     for (auto& effect : *effects_) effect->visit(archive);
   }
 
  private:
   static constexpr int kRows = 6;  // normal, shear, rolling, rut, side, scrub
 
+  void open_rigid_effects(const Mechanism& mechanism, const WheelSite& site, double load, double h, RowSet& rows);
+  Row& open_row(const Mechanism& mechanism, RowKind kind, const Eigen::Vector3d& point, const Eigen::Vector3d& linear,
+                const Eigen::Vector3d& angular, double weight, RowSet& rows);
   void report_slip(const Slip& slip, double v, double u, double v_y);
   void mark(Ruts& ruts, double sinkage, double pressure, const Eigen::Vector2d& left);
 
@@ -71,6 +74,9 @@ class WheelContact {
   Eigen::Vector2d marked_at_ = Eigen::Vector2d::Constant(1e30);  // [m] where the rut was marked last
   double marked_sinkage_ = 0;                 // [m]
   bool assume_steady_ = false;
+  bool on_rigid_ = false;                     // in this step
+  int rigid_torque_row_ = -1;                 // of rolling resistance there; -1: none
+  double rigid_load_ = 0;                     // [N] normal load on hard ground in the last step
   std::array<RowSide, kRows> sides_ = {};     // sides of the last step, where the active set starts
 };
 

@@ -1,0 +1,95 @@
+"""What a model lacks on recordings in which nothing pushed, seen in its efforts: a quick linear fit of the catalogue and of the model's numbers.
+
+Of every law and number that acts at once (nothing remembered, no place or moment to be found) the change of the residual effort per unit is
+taken at a sample of instants; the numbers that bring the residual efforts nearest to zero are those of a bounded, regularised least squares.
+Where laws do the same here they share it: this is no diagnosis, which names what is missing, but a model that follows the machine as well as
+it can before pushes are looked for.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from rille.diagnosis.applied import applied
+from rille.diagnosis.residual_effort import ResidualEffort, efforts_at
+from rille.model import InputRefused
+from rille.model.hypothesis import Hypothesis, Setting
+from rille.model.recording import Recording
+
+Array = NDArray[np.float64]
+MOST_INSTANTS = 150  # of one recording
+MOST_RECORDINGS = 9
+TRIAL = 0.3  # of what is usual of a number: the step of its derivative
+FREE = 3.0  # times what is usual that a number may be off: 1 sigma
+CORRELATED = 4.0  # neighbouring instants that say the same
+TINY = 0.01  # of the residual effort: a number that changes less is left alone
+
+
+def acts_at_once(hypothesis: Hypothesis) -> bool:
+    """Whether an effect or number shows in the efforts of every instant, without a search for a place, moment, phase or order."""
+    shapes = [n for n in hypothesis.free if not n.amplitude]
+    return (
+        hypothesis.cause != "sensor"
+        and not hypothesis.memory
+        and hypothesis.target != "*"
+        and all(n.search in ("local", "scale") for n in shapes)
+    )
+
+
+def fit_efforts(
+    simulator: Any,
+    recordings: Sequence[tuple[Recording, ResidualEffort]],
+    hypotheses: Sequence[Hypothesis],
+    *,
+    on_progress: Callable[[int, int, str], None] | None = None,
+) -> Setting:
+    """Effects and numbers under which the residual efforts are smallest, those that do something.
+
+    Parameters
+    ----------
+    simulator : as ``rille.simulate.Replayer``. recordings : with their residual efforts in that simulator. hypotheses : as of ``candidates``.
+    """
+    columns = [(h, k) for h in hypotheses if acts_at_once(h) for k, n in enumerate(h.free) if n.amplitude]
+    chosen = [recordings[k] for k in np.unique(np.linspace(0, len(recordings) - 1, MOST_RECORDINGS).round().astype(int))]
+    usual = np.sqrt(np.mean(np.concatenate([e.value for _, e in chosen]) ** 2, axis=0))
+    usual = np.where(usual > 0, usual, 1.0)
+    blocks, targets = [], []
+    for done, (recording, effort) in enumerate(chosen):
+        if on_progress:
+            on_progress(done, len(chosen), "efforts of every law")
+        simulator.drive_by(recording)
+        rows = np.unique(np.linspace(0, len(effort.time) - 1, MOST_INSTANTS).round().astype(int))
+        base = efforts_at(simulator, effort, rows)
+        changes = [_change(simulator, effort, rows, base, h, k) / usual for h, k in columns]
+        whole = np.isfinite(base).all(axis=1) & np.isfinite(changes).all(axis=(0, 2))
+        blocks.append(np.stack(changes, axis=-1)[whole].reshape(-1, len(columns)))
+        targets.append((effort.value[rows] / usual)[whole].reshape(-1))
+    design, target = np.concatenate(blocks) / CORRELATED**0.5, np.concatenate(targets) / CORRELATED**0.5
+    felt = np.sqrt(np.mean(design**2, axis=0)) * CORRELATED**0.5 * FREE > TINY
+    if not felt.any():
+        return ()
+    kept = [column for column, here in zip(columns, felt, strict=True) if here]
+    numbers = [h.free[k] for h, k in kept]
+    lower = np.array([min(0.0, (n.lower - n.absent) / n.spread) for n in numbers])
+    upper = np.array([max(0.0, (n.upper - n.absent) / n.spread) for n in numbers])
+    matrix = np.concatenate([design[:, felt], np.eye(len(kept)) / FREE])
+    found = lsq_linear(matrix, np.concatenate([-target, np.zeros(len(kept))]), (lower - 1e-9, upper + 1e-9)).x
+    size = np.abs(found) * np.sqrt(np.mean(design[:, felt] ** 2, axis=0)) * CORRELATED**0.5
+    values: dict[str, tuple[Hypothesis, dict[str, float]]] = {}
+    for (h, k), n, x, s in zip(kept, numbers, np.clip(found, lower, upper), size, strict=True):
+        if s > TINY:
+            values.setdefault(f"{h.cause} {h.title}", (h, {}))[1][h.free[k].name] = n.absent + x * n.spread
+    return tuple(h.at(v) for h, v in values.values())
+
+
+def _change(simulator: Any, effort: ResidualEffort, rows: NDArray[np.int64], base: Array, hypothesis: Hypothesis, place: int) -> Array:
+    """(m, C) change of the residual effort per usual size of one number; zeros where the model cannot have it."""
+    number = hypothesis.free[place]
+    try:
+        changed = applied(simulator, (hypothesis.at({number.name: number.absent + TRIAL * number.spread}),))
+        return (efforts_at(changed, effort, rows) - base) / TRIAL
+    except InputRefused:
+        return np.zeros_like(base)

@@ -1,0 +1,163 @@
+"""Evidence of recordings made in simulation: nulls are noise, the planted cause explains the excess, and its size comes out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rille import simulate
+from rille.diagnosis.diagnosis_step import diagnosis_step
+from rille.diagnosis.evidence import Metric
+from rille.diagnosis.held_out import Parts, cut_in_time
+from rille.diagnosis.noise_floor import shared_noise
+from rille.diagnosis.prove import prove
+from rille.diagnosis.replay_evidence import gather
+from rille.model import Effect
+from rille.model.hypothesis import FreeNumber, Hypothesis
+from swung import model, recorded
+
+
+def hypothesis(cause, kind, target, target_kind, name, trial, moves=()):
+    """One with a single amplitude."""
+    free = FreeNumber(name=name, unit="", amplitude=True, lower=-1e9, upper=1e9, start=trial, spread=trial)
+    return Hypothesis(cause=cause, kind=kind, target=target, target_kind=target_kind, free=(free,), moves=moves)
+
+
+def effect(kind, target, name, trial, target_kind="joint"):
+    return hypothesis("effect", kind, target, target_kind, name, trial)
+
+
+def fault(kind, target, name, trial):
+    return hypothesis("sensor", kind, target, "channel", name, trial)
+
+
+RIVALS = [
+    *(effect("coulomb_friction", f"hinge{k}", "torque", 0.003) for k in (1, 2)),
+    *(effect("viscous_friction", f"hinge{k}", "coefficient", 0.001) for k in (1, 2)),
+    *(effect("mass_change", f"link{k}", "mass", 0.01, "body") for k in (1, 2)),
+    *(fault("bias", f"{word}{k}", "offset", size) for word, size in (("angle", 2e-3), ("rate", 0.02), ("torque", 0.01)) for k in (1, 2)),
+    *(fault("scale", f"{word}{k}", "relative_error", 0.01) for word in ("angle", "rate", "torque") for k in (1, 2)),
+    *(fault("delay", f"{word}{k}", "delay", 0.003) for word in ("angle", "rate", "torque") for k in (1, 2)),
+]
+
+
+def screened(evidence, hypotheses):
+    """Linear amplitudes, gains of chi-squared, and chi-squared and degrees of the base model."""
+    rows = evidence.residuals([(), *((h.at({h.free[0].name: h.free[0].start}),) for h in hypotheses)])
+    metric = Metric(evidence.window, evidence.start_gain)
+    left = metric.whitened(rows)
+    signatures = -(left[1:] - left[0]) / np.array([h.free[0].start for h in hypotheses])[:, None]
+    product, size = signatures @ left[0], (signatures**2).sum(axis=1)
+    return product / size, product**2 / size, left[0] @ left[0], metric.degrees.sum()
+
+
+def explained(evidence, setting):
+    """Chi-squared per degree under a setting."""
+    metric = Metric(evidence.window, evidence.start_gain)
+    left = metric.whitened(evidence.residuals([setting]))[0]
+    return left @ left / metric.degrees.sum()
+
+
+@pytest.mark.parametrize("seed", [2])
+def test_a_null_is_noise_and_nothing_explains_it(make_model, seed):
+    """20 000 samples: chi-squared per degree scatters by 1 % and the smoother has seen the samples too; no gain of one number above 4.5
+    sigma (24 hypotheses).
+    """
+    path, scenario = model(make_model, seed)
+    evidence = gather({"swing": simulate.Replayer(path)}, [recorded(path, scenario, seed)])
+    _, gains, chi2, degrees = screened(evidence, RIVALS)
+    assert chi2 / degrees == pytest.approx(0.99, abs=0.03)
+    assert gains.max() < 20
+
+
+def test_the_effect_that_was_planted_explains_the_excess(make_model):
+    """Dry friction of 5 mN m in hinge 2: its linear gain is nearly the excess, its size is right, and with it only noise is left."""
+    path, scenario = model(make_model, 3, [Effect(kind="coulomb_friction", target="hinge2", parameters={"torque": 0.005})])
+    base, _ = model(make_model, 3)
+    evidence = gather({"swing": simulate.Replayer(base)}, [cut_in_time(recorded(path, scenario, 3), 0, 2.8)])
+    sizes, gains, chi2, degrees = screened(evidence, RIVALS)
+    best = int(np.argmax(gains))
+    assert RIVALS[best].title == "coulomb_friction of hinge2"
+    assert gains[best] == pytest.approx(chi2 - degrees, rel=0.1)
+    assert sizes[best] == pytest.approx(0.005, rel=0.1)
+    setting = (RIVALS[best].at({"torque": 0.005}),)
+    again = evidence.relinearised(setting)
+    assert explained(again, setting) == pytest.approx(0.99, abs=0.05)
+    assert np.array_equal(again.time, evidence.time)
+    assert np.array_equal(again.sigma, evidence.sigma)
+
+
+@pytest.mark.parametrize(
+    ("channel", "change", "title", "size"),
+    [
+        ("angle2", lambda c: {"value": c.value + 0.01}, "bias of angle2", 0.01),
+        ("rate1", lambda c: {"value": 1.03 * c.value}, "scale of rate1", 0.03),
+        ("rate1", lambda c: {"time": c.time + 0.006, "clock": "own"}, "delay of rate1", 0.006),
+        ("torque2", lambda c: {"value": c.value - 0.02}, "bias of torque2", -0.02),
+    ],
+)
+def test_a_sensor_that_lies_is_told_from_physics(make_model, channel, change, title, size):
+    """The right fault of the right channel gains most, its size is right within 5 %, and noise is left (6 000 samples: 2 %)."""
+    path, scenario = model(make_model, 1)
+    run = cut_in_time(recorded(path, scenario, 1), 0, 2.8)
+    run = replace(run, channels=tuple(replace(c, **change(c)) if c.name == channel else c for c in run.channels))
+    evidence = gather({"swing": simulate.Replayer(path)}, [run])
+    sizes, gains, _, _ = screened(evidence, RIVALS)
+    best = int(np.argmax(gains))
+    assert RIVALS[best].title == title
+    assert sizes[best] == pytest.approx(size, rel=0.05)
+    setting = (RIVALS[best].at({RIVALS[best].free[0].name: size}),)
+    assert explained(evidence.relinearised(setting), setting) == pytest.approx(0.99, abs=0.05)
+
+
+def test_windows_and_recordings_are_independent(make_model):
+    """Residuals of a subset are those of the whole there; two recordings stand one behind the other."""
+    path, scenario = model(make_model, 4)
+    runs = [cut_in_time(replace(recorded(path, scenario, seed), name=name), 0, 2.8) for seed, name in ((4, "a"), (5, "b"))]
+    evidence = gather({"swing": simulate.Replayer(path)}, runs)
+    windows = np.array([1, 3, 4, 6, 8])
+    part = evidence.subset(windows)
+    setting = (RIVALS[1].at({"torque": 0.002}),)
+    here = np.isin(evidence.window, windows)
+    assert np.allclose(part.residuals([setting])[0], evidence.residuals([setting])[0][here], atol=1e-9)
+    assert np.array_equal(part.start_gain, evidence.start_gain[here])
+    assert np.array_equal(part.run, evidence.run[windows])
+    assert evidence.recordings == ("a", "b")
+
+
+def test_a_setting_that_the_model_refuses_has_no_residuals(make_model):
+    """A body with less than no mass."""
+    path, scenario = model(make_model, 4)
+    evidence = gather({"swing": simulate.Replayer(path)}, [cut_in_time(recorded(path, scenario, 4), 0, 2.8)])
+    impossible = hypothesis("parameter", "mass", "link1", "body", "mass", 0.1, moves=(("mass", "body.link1.mass", 1.0),))
+    rows = evidence.residuals([(impossible.at({"mass": -5.0}),), ()])
+    assert np.isnan(rows[0]).all()
+    assert np.isfinite(rows[1]).all()
+
+
+def test_the_proof_closes_the_gap_with_the_truth_and_not_with_something_else(make_model):
+    """Friction of 10 mN m; the last third is held out."""
+    path, scenario = model(make_model, 3, [Effect(kind="coulomb_friction", target="hinge2", parameters={"torque": 0.01})])
+    base, _ = model(make_model, 3)
+    run = recorded(path, scenario, 3)
+    parts = Parts(training=(cut_in_time(run, 0, 5.2),), held_out=(cut_in_time(run, 5.2, 9),), how="the end")
+    given = {"noise": shared_noise([run]), "window": 0.5}
+    simulators = {"swing": simulate.Replayer(base)}
+    proof, improved = prove(simulators, parts, (RIVALS[1].at({"torque": 0.01}),), **given)
+    assert proof.gap_closed > 0.95
+    assert proof.low > 0.8
+    assert all(row.held_out and row.rms_after < row.rms_before for row in proof.channels if row.channel.startswith("angle"))
+    assert len(improved) == 2
+    wrong, _ = prove(simulators, parts, (RIVALS[5].at({"mass": 0.01}), RIVALS[1].at({"torque": 0.01})), **given)
+    assert wrong.gap_closed < proof.gap_closed
+    assert dict(wrong.ablation)["mass_change of link2"] > wrong.gap_closed
+
+
+def test_the_step_is_as_large_as_the_noise_allows(make_model):
+    """Coarse sensors bear a larger step than fine ones; never one that changes what they would have shown."""
+    path, scenario = model(make_model, 1)
+    run = cut_in_time(recorded(path, scenario, 1), 0, 2.8)
+    rough = replace(run, channels=tuple(replace(c, noise=100 * c.noise) if c.noise else c for c in run.channels))
+    steps = [diagnosis_step(simulate.Replayer(path), r, window=0.5, noise=shared_noise([r])) for r in (run, rough)]
+    assert steps[0] <= steps[1]
+    assert steps[1] > 1e-3

@@ -1,0 +1,136 @@
+"""The search on the toy: what was planted is named, with its numbers; what is not in the catalogue, or cannot be told, is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rille.diagnosis.search import search
+from toy_evidence import catalogue, effect, named, number, recorded
+
+PLANTED = {
+    "coulomb": named("coulomb", "left", force=0.4),
+    "quadratic": named("quadratic", "*", coefficient=0.2),
+    "limit": named("limit", "right", inverse=0.35),
+    "lag": named("lag", "right", time=0.05),
+    "mass": named("mass", "left", mass=1.15),
+    "bias": named("bias", "left position", offset=0.01),
+    "scale": named("scale", "right speed", relative_error=0.04),
+}
+VERDICT = {"mass": "parameter", "bias": "sensor_fault", "scale": "sensor_fault"}
+CHEAP = [h for h in catalogue() if h.kind not in ("ripple", "push")]
+
+
+def titles(found):
+    return sorted(t.term.hypothesis.title for t in found.terms)
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_one_piece_is_named_with_its_number(name):
+    truth = PLANTED[name]
+    found = search(recorded((truth,), seconds=10), CHEAP)
+    assert titles(found) == [truth.hypothesis.title]
+    assert found.verdict == VERDICT.get(name, "named")
+    assert np.isclose(found.terms[0].term.values[0], truth.values[0], rtol=0.05)
+    assert found.leftover < 0.02
+    assert found.ranked[0].title == truth.hypothesis.title
+    assert found.ranked[0].probability > 0.9
+    assert found.ranked[0].loses_because == ""
+    assert all(other.loses_because for other in found.ranked[1:])
+    assert sum(r.probability for r in found.ranked) + found.nothing <= 1 + 1e-9
+
+
+@pytest.mark.parametrize(
+    "truth",
+    [
+        (named("coulomb", "left", force=0.4), named("quadratic", "right", coefficient=0.3)),
+        (named("coulomb", "left", force=0.4), named("viscous", "left", coefficient=0.3)),
+        (named("coulomb", "left", force=0.4), named("mass", "right", mass=1.1), named("scale", "right speed", relative_error=0.04)),
+    ],
+    ids=["two targets", "one target", "effect, parameter and sensor"],
+)
+def test_several_pieces_are_named_together(truth):
+    found = search(recorded(truth, seconds=12), CHEAP)
+    assert titles(found) == sorted(t.hypothesis.title for t in truth)
+    values = {t.term.hypothesis.title: t.term.values[0] for t in found.terms}
+    assert all(np.isclose(values[t.hypothesis.title], t.values[0], rtol=0.05) for t in truth)
+
+
+def test_a_push_is_named_though_no_window_of_it_can_be_held_out():
+    push = named("push", "left", force=4.0, start=12.3, duration=0.2)
+    found = search(recorded((push,), seconds=20), [h for h in catalogue() if h.kind in ("push", "coulomb", "mass", "bias")])
+    assert titles(found) == ["push of left"]
+    assert np.isclose(found.terms[0].term.numbers["start"], 12.3, atol=0.05)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_nothing_is_named_where_nothing_is_missing(seed):
+    found = search(recorded(seconds=20, seed=seed), CHEAP)
+    assert (found.verdict, found.terms, found.setting) == ("nothing_missing", (), ())
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_nothing_is_named_where_only_the_noise_is_larger_than_stated(seed):
+    found = search(recorded(seconds=20, seed=seed, noise=1.3), CHEAP)
+    assert (found.verdict, found.terms) == ("unknown", ())
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        lambda t, x, v: np.stack([1.5 * x[0] ** 2 * np.sign(v[1]), 0 * x[1]]),
+        lambda t, x, v: np.stack([0 * x[0], 0 * x[0] + 0.5 * np.sin(11.0 * t)]),
+        lambda t, x, v: np.stack([0.8 * x[0] * v[1] ** 2, 0 * x[0]]),
+    ],
+    ids=["a product", "a rhythm", "a cross term"],
+)
+def test_what_the_catalogue_does_not_have_gets_no_name(extra):
+    found = search(recorded(seconds=10, extra=extra), CHEAP)
+    assert found.verdict in ("unknown", "cannot_know")
+    assert found.nothing > 0.3
+
+
+def test_too_short_a_recording_says_so():
+    found = search(recorded((PLANTED["coulomb"],), seconds=1.5), CHEAP)
+    assert found.verdict == "cannot_know"
+    assert "too few" in found.notes[0]
+
+
+def test_without_hypotheses_something_is_missing_all_the_same():
+    assert search(recorded((PLANTED["coulomb"],), seconds=5), ()).verdict == "unknown"
+    assert search(recorded(seconds=5), ()).verdict == "nothing_missing"
+
+
+def test_what_does_the_same_is_one_group_and_a_parameter_stands_first():
+    """A dashpot under another name, and viscous friction as a number of the model: three words for one thing."""
+    viscous = effect("viscous", "left", number("coefficient"))
+    others = [replace(viscous, kind="dashpot"), replace(viscous, cause="parameter", kind="viscous_number")]
+    found = search(recorded((named("viscous", "left", coefficient=0.2),), seconds=10), [viscous, *others])
+    assert found.verdict == "group"
+    assert found.ranked[0].cause == "parameter"
+    assert set(found.groups[0].members) == {"viscous of left", "dashpot of left", "viscous_number of left"}
+    assert found.groups[0].correlation > 0.999
+    assert "cannot tell" in found.groups[0].sentence
+    assert found.groups[0].probability > 0.9
+
+
+def test_a_law_with_numbers_that_explain_nothing_is_no_rival():
+    """Stribeck's law holds Coulomb's; where there is no stiction it is named as needless, not as a group."""
+    found = search(recorded((PLANTED["coulomb"],), seconds=20), [h for h in catalogue() if h.kind in ("coulomb", "stribeck")])
+    assert found.verdict == "named"
+    rival = next(r for r in found.ranked if r.title == "stribeck of left")
+    assert "explains no more" in rival.loses_because
+
+
+def test_numbers_that_are_always_open_are_fitted_along():
+    """A spring that the model has wrong as well is no question: it is refitted, and the friction is named on top of it."""
+    spring = named("spring", "right", spring=9.0)
+    found = search(recorded((spring, PLANTED["coulomb"]), seconds=10), CHEAP, always=(spring.hypothesis.at(),))
+    assert titles(found) == ["coulomb of left"]
+    assert len(found.setting) == 2
+    assert np.isclose(found.setting[0].values[0], 9.0, rtol=0.02)
+
+
+def test_recordings_are_held_out_whole():
+    found = search(recorded((PLANTED["coulomb"],), seconds=4, runs=5), CHEAP)
+    assert titles(found) == ["coulomb of left"]
