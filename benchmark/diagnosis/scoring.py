@@ -8,6 +8,7 @@ from making import Truth
 from subjects import Subject, subject
 from trials import trial_named
 
+from rille.diagnosis.bench_hypotheses import LOG
 from rille.model.diagnosis import Diagnosis, RankedHypothesis
 from rille.model.hypothesis import Hypothesis, Term
 
@@ -86,6 +87,7 @@ def scored(truth: Truth, answer: Diagnosis, seconds: float) -> Score:
         behind=tuple(entry.behind for entry in ranked),
         behind_error=tuple(entry.behind_error for entry in ranked),
         place=right.index(True) if True in right else -1,
+        leftover=answer.leftover,
     )
 
 
@@ -140,9 +142,10 @@ def relative_error(term: Term, truth: Truth, machine: Subject) -> float:
             change = numbers["mass"] / mass
         else:
             free = hypothesis.free[0]
-            change = numbers[free.name] / free.absent - 1.0
+            value = numbers[free.name]
+            change = float(np.expm1(value)) if free.name == LOG else value / free.absent - 1.0
         if truth.kind == "friction_angle":
-            angle = hypothesis.free[0].absent
+            angle = next(soil.friction_angle for soil in machine.terrain.soils)  # type: ignore[union-attr]
             change = float(np.tan(angle * (1 + change)) / np.tan(angle)) - 1.0
         wanted = next(value for value in truth.numbers.values())
         return abs(change - wanted) / abs(1.0 + wanted)

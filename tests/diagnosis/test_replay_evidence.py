@@ -97,7 +97,7 @@ def test_the_effect_that_was_planted_explains_the_excess(make_model):
     ],
 )
 def test_a_sensor_that_lies_is_told_from_physics(make_model, channel, change, title, size):
-    """The right fault of the right channel gains most, its size is right within 5 %, and noise is left (6 000 samples: 2 %)."""
+    """The right fault of the right channel gains most, its linear size is right within 10 %, and noise is left (6 000 samples: 2 %)."""
     path, scenario = model(make_model, 1)
     run = cut_in_time(recorded(path, scenario, 1), 0, 2.8)
     run = replace(run, channels=tuple(replace(c, **change(c)) if c.name == channel else c for c in run.channels))
@@ -105,7 +105,7 @@ def test_a_sensor_that_lies_is_told_from_physics(make_model, channel, change, ti
     sizes, gains, _, _ = screened(evidence, RIVALS)
     best = int(np.argmax(gains))
     assert RIVALS[best].title == title
-    assert sizes[best] == pytest.approx(size, rel=0.05)
+    assert sizes[best] == pytest.approx(size, rel=0.1)
     setting = (RIVALS[best].at({RIVALS[best].free[0].name: size}),)
     assert explained(evidence.relinearised(setting), setting) == pytest.approx(0.99, abs=0.05)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as parquet
 import pytest
+from scipy.spatial.transform import Rotation
 
 from recording.gate_machines import changed, machine
 from rille.model.recording import Channel, GateFinding, Recording, Role
@@ -241,6 +242,38 @@ def test_clocks_of_commands_have_no_rate():
         name="c", quantity="joint.effort", target="arm", unit="N m", role="command", clock="c", time=time, value=np.arange(12.0) % 3
     )
     assert gate([Recording(name="sparse", channels=(command,))])[0] == ()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_tumbling_body_is_no_fault(seed: int):
+    """Far from level, angles and turning rates are no rates of each other: the component x of the turning rate is not that of the roll."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0, 8, 0.01)
+    turn = Rotation.from_euler("ZYX", rng.uniform(-1, 1, 3))
+    rate = rng.normal(0, 1.2, 3)
+    channels = []
+    attitudes = Rotation.from_rotvec(time[:, None] * rate) * turn
+    angles = np.unwrap(attitudes.as_euler("ZYX"), axis=0)
+    for k, component in enumerate(("yaw", "pitch", "roll")):
+        value = angles[:, k] + rng.normal(0, 1e-3, len(time))
+        channels.append(
+            Channel(name=component, quantity="part.orientation", component=component, target="ball", unit="rad", time=time, value=value)
+        )
+    wobble = 1 + 0.3 * np.sin(3 * time)  # so that the rates vary, too
+    for k, component in enumerate("xyz"):
+        value = rate[k] * wobble + rng.normal(0, 1e-3, len(time))
+        channels.append(
+            Channel(
+                name=f"rate_{component}",
+                quantity="part.angular_velocity",
+                component=component,
+                target="ball",
+                unit="rad/s",
+                time=time,
+                value=value,
+            )
+        )
+    assert [f.message for f in loud(Recording(name="tumbling", channels=tuple(channels))) if f.code in ("unit", "gain", "sign")] == []
 
 
 def test_small_gains_within_a_joint():

@@ -30,6 +30,8 @@ def bench_rig(path: Path, recording: "Recording") -> tuple["BenchRig", tuple[str
     name = bench_target(recording)
     wheel, effects, notes = _wheel(path, recording, name)
     soil = bench_soil(path, recording.setup, recording.name)
+    if recording.setup.get("soil_known"):
+        soil = replace(soil, provenance="measured")
     law = str(recording.setup.get("law", "bekker_wong"))
     gravity = abs(simulate.surface_gravity(_number(recording.setup.get("gravity", "earth"))))
     by_travel = recording.setup.get("slip_speed") == "travel"

@@ -11,7 +11,7 @@ from rille.diagnosis.bench_evidence import BenchEvidence
 from rille.diagnosis.bench_hypotheses import unit_of_soil
 from rille.diagnosis.bench_rig import LOG
 from rille.diagnosis.bench_search import BenchFound, Rival, Round, without
-from rille.diagnosis.evidence import Array
+from rille.diagnosis.evidence import Array, Whole
 from rille.diagnosis.found import named_terms
 from rille.diagnosis.weights import probabilities
 from rille.model import EffectKind
@@ -158,7 +158,7 @@ def gap_closed(before: Array, after: Array) -> float:
 
 
 def proof(
-    evidence: BenchEvidence, before: Array, after: Array, part: Array, how: str, ablation: tuple[tuple[str, float], ...] = ()
+    evidence: BenchEvidence, before: Array, after: Array, part: Whole, how: str, ablation: tuple[tuple[str, float], ...] = ()
 ) -> Proof:
     """Residuals (N,) of points that were not fitted, before and after. part (N,) : what is left out for the interval (jackknife)."""
     whole = gap_closed(before, after)

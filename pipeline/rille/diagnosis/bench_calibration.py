@@ -68,7 +68,7 @@ class Problem:
 
     def at(self, u: Array) -> Setting:
         """The setting at u."""
-        return with_numbers(self.setting, u * self.scale)
+        return with_numbers(self.setting, (u * self.scale).tolist())
 
     def residual(self, u: Array) -> Array:
         """(N,) [sigma]."""
@@ -94,7 +94,7 @@ class Problem:
         cost, damping = self.cost(u, residual), 1e-2
         jacobian = self.jacobian(u, residual)
         for _ in range(most if len(u) else 0):
-            gained = 0.0
+            gained, trial, tried = 0.0, u, residual
             for _ in range(6):
                 step = bounded_step(jacobian, residual, self.weight, self.prior - u, self.low - u, self.high - u, damping)
                 trial = u + step
@@ -121,7 +121,7 @@ def bounded_step(jacobian: Array, residual: Array, weight: Array, to_prior: Arra
     free = np.linalg.lstsq(rows, aim, rcond=None)[0]
     if np.any(free < down) or np.any(free > up):
         free = lsq_linear(rows, aim, bounds=(np.minimum(down, 0.0) - 1e-12, np.maximum(up, 0.0) + 1e-12), method="bvls").x
-    return np.clip(free, down, up)
+    return np.clip(np.asarray(free, dtype=float), down, up)
 
 
 def free_numbers(setting: Setting) -> list[FreeNumber]:
@@ -154,7 +154,7 @@ def calibrate(evidence: BenchEvidence, open_numbers: Setting, *, begins: Sequenc
 
 def spread_soils(size: int) -> Array:
     """(TRIED, size) [spreads] steps about a soil, evenly."""
-    return qmc.scale(qmc.Sobol(size, seed=1).random(TRIED), -REACH, REACH) if size else np.zeros((1, 0))
+    return qmc.scale(qmc.Sobol(size, rng=1).random(TRIED), -REACH, REACH) if size else np.zeros((1, 0))
 
 
 def calibrate_shared(evidence: BenchEvidence, open_numbers: Setting) -> Calibrated:

@@ -126,6 +126,7 @@ def diagnose_bench(
         groups=groups,
         proof=proven,
         limits=limits,
+        leftover=found.leftover,
         notes=(*answer.notes, *notes),
         seconds={"bench": perf_counter() - begin},
     )
@@ -164,7 +165,7 @@ def _verdict(found: BenchFound, evidence: BenchEvidence, groups: Sequence[Group]
         if hypothesis.cause == "effect" and hypothesis.kind in conditions:
             what = conditions[hypothesis.kind]
             return "group", (
-                f"the {what} was the same at all points, so that {hypothesis.title} cannot be told from another dependence on slip or load; "
+                f"the {what} was the same at all points, so that {hypothesis.title} cannot be told from another law of slip or load; "
                 f"points at two or more values of the {what} would tell"
             )
     causes = {hypothesis.cause for hypothesis in members}

@@ -49,7 +49,7 @@ class Rival:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
     """What was tried on top of what had been accepted. base : that. rivals : best prediction first. gain, error (m,) [nats] : of each
-    over the base; behind, behind_error (m,) : of the first over each. group : number of rivals, from the first, that cannot be told from it.
+    over the base; behind, behind_error (m,) : of the first over each. group : those that cannot be told from the first.
     """
 
     base: Rival
@@ -202,7 +202,7 @@ def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tu
 
 
 def _fitted(evidence: BenchEvidence, base: Rival, begin: Setting) -> Calibrated:
-    """Accepted terms and a hypothesis with all numbers fitted, begun at a setting, and at the best of other soils with usual sizes of it."""
+    """Accepted terms and a hypothesis with all numbers fitted, begun at a setting and at the best of other soils."""
     n_open = len(base.whole.setting) - len(base.extra)
     problem = Problem(evidence, begin[:n_open], begin[n_open:])
     first = problem.place(begin)

@@ -9,9 +9,10 @@ from scipy.special import gammaln
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
-PRIOR_SAMPLES = 10.0  # that what is known of a segment before it is seen is worth
+PRIOR_SAMPLES = 60.0  # that what is known of a segment before it is seen is worth
+LITTLE = 0.02  # of that prior, for the level that is told: only what was not excited is as usual
 FEW_DEGREES = 3.0  # of the prior of the variance
-PRICE = 4.0  # [nats] of a change, beside the logarithm of the number of instants where it could have been
+PRICE = 15.0  # [nats] of a change, beside the logarithm of the number of instants where it could have been
 WITHIN = 2.0  # [nats] that an instant may be less likely and still be in the interval
 FAR = 4.0  # standard deviations beyond which a response is cut
 MOST_BLOCKS = 1500
@@ -19,8 +20,10 @@ MOST_BLOCKS = 1500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """An instant between two stretches. time, low, high [s] : most likely and 95 % interval. gain [nats] : log-evidence of two relations over
-    one, less its price. before, after : mean of each response on either side, where the conditions are the usual ones [unit of the response].
+    """An instant between two stretches.
+
+    time, low, high [s] : most likely one and 95 % interval. gain [nats] : log-evidence of two relations over one, less its price.
+    before, after : mean of each response on either side, where the conditions are the usual ones [its unit].
     """
 
     time: float
@@ -32,20 +35,21 @@ class Change:
 
 
 def find_changes(
-    time: Array, responses: Array, conditions: Array, *, block: float = 2.0, shortest: float = 8.0, price: float = PRICE
+    time: Array, responses: Array, conditions: Array, *, block: float = 4.0, shortest: float = 40.0, price: float = PRICE
 ) -> tuple[Change, ...]:  # fmt: skip
     """Change points of regressions of several responses on common conditions.
 
     In a stretch between changes each response is linear in the conditions, with coefficients and a variance of its own. Their prior is the
-    relation over the whole record, worth ``PRIOR_SAMPLES`` samples, so that what a stretch does not excite tells nothing, and a machine that
-    does something else is no other ground as long as one relation covers both. The evidence of a stretch is closed (normal-inverse-gamma
-    regression), that of correlated samples is divided by their correlation time; the best division is found exactly (optimal partitioning,
-    Jackson et al. 2005, IEEE Signal Process. Lett. 12).
+    relation over the whole record, worth ``PRIOR_SAMPLES`` samples, so that what a stretch does not excite tells nothing, and a machine
+    that does something else is no other ground as long as one relation covers both. The evidence of a stretch is closed
+    (normal-inverse-gamma regression), that of correlated samples is divided by their correlation time; the best division is found exactly
+    (optimal partitioning, Jackson et al. 2005, IEEE Signal Process. Lett. 12).
 
     Parameters
     ----------
-    time : (n,) [s], ascending. responses : (n, q), what the ground may change: currents, vibration. conditions : (n, p), what the machine does;
-        a constant is added. NaN: the sample is left out. block [s] : changes lie between blocks. price [nats] : of a change.
+    time : (n,) [s], ascending. responses : (n, q), what the ground may change: currents, vibration. conditions : (n, p), what the machine
+        does; a constant is added. NaN: the sample is left out. block [s] : changes lie between blocks; shortest [s] : that a stretch may
+        be. price [nats] : of a change.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def find_changes(
     segments = [_Segments(column, x, edges) for column in y.T]
     n_blocks = len(edges) - 1
     cost = price + np.log(n_blocks)
-    best, last = _partition([_all_from(segments, j) for j in range(1, n_blocks + 1)], cost, max(1, round(shortest / block)))
+    last = _partition([_all_from(segments, j) for j in range(1, n_blocks + 1)], cost, max(1, round(shortest / block)))
     bounds = [n_blocks]
     while bounds[-1] > 0:
         bounds.append(int(last[bounds[-1]]))
@@ -91,8 +95,8 @@ def _edges(time: Array, block: float) -> Whole:
     return np.append(np.flatnonzero(np.diff(number, prepend=-1) > 0), len(time))
 
 
-def _partition(evidence: Sequence[Array], cost: float, shortest: int) -> tuple[Array, Whole]:
-    """best (B + 1,), last (B + 1,) : of the first j blocks, and the beginning of their last stretch. evidence : of j the (j,) from each i < j."""
+def _partition(evidence: Sequence[Array], cost: float, shortest: int) -> Whole:
+    """(B + 1,) beginning of the last stretch of the best division of the first j blocks. evidence : of j the (j,) from each i < j."""
     best, last = np.zeros(len(evidence) + 1), np.zeros(len(evidence) + 1, dtype=np.int64)
     for j, row in enumerate(evidence, start=1):
         value = best[:j] + row - cost * (np.arange(j) > 0)
@@ -100,7 +104,7 @@ def _partition(evidence: Sequence[Array], cost: float, shortest: int) -> tuple[A
         value[1 : min(shortest, j)] = -np.inf
         last[j] = int(np.argmax(value))
         best[j] = value[last[j]]
-    return best, last
+    return last
 
 
 def _all_from(segments: Sequence["_Segments"], stop: int) -> Array:
@@ -153,7 +157,7 @@ class _Segments:
     def level(self, first: int, stop: int) -> float:
         """Response of a stretch at the mean conditions of the whole record [unit]."""
         xx, xr = self.xx[stop] - self.xx[first], self.xr[stop] - self.xr[first]
-        coefficients = self.usual + np.linalg.solve(self.prior + xx, xr)
+        coefficients = self.usual + np.linalg.solve(LITTLE * self.prior + xx, xr)
         return self.center + self.scale * float(coefficients[0])
 
 

@@ -14,6 +14,7 @@ from rille.model.recording import Channel
 
 TIED = 3.0  # [nats] differences below this never count
 ALIKE = 0.95  # correlation of what two change, beyond which twice the usual errors are needed to tell them apart
+LITTLE = 0.25  # of what a law changes: a number that may do more than this within its interval is not needless
 SAME = 0.99  # correlation beyond which an additional number changes nothing
 
 
@@ -41,7 +42,7 @@ def groups(scores: Scores, fitted: Sequence[Fitted], edges: Whole) -> Confounded
     of the model stands before an effect that it ties with, if it has no more numbers.
     """
     order = sorted(range(1, len(fitted) + 1), key=lambda i: -scores.gain[i])
-    vanishing = {i: _vanishing(estimates(fitted[i - 1], edges), fitted[i - 1].setting) for i in order}
+    vanishing = {i: _vanishing(fitted[i - 1], estimates(fitted[i - 1], edges), float(scores.moved[i])) for i in order}
     needless = [-1] * (len(fitted) + 1)
     for i in order:
         simpler = (j for j in order if i != j and needless[j] < 0 and _is_needless(i, j, scores, fitted, vanishing[i]))
@@ -96,7 +97,7 @@ def why_it_loses(
         return ""
     if confounded.needless[i] >= 0:
         simpler = confounded.needless[i]
-        more = len(fitted[i - 1].unknowns) - len(fitted[simpler - 1].unknowns)
+        more = fitted[i - 1].count - fitted[simpler - 1].count
         return f"it explains no more than {titles[simpler]} with {more} number{'s' if more > 1 else ''} more"
     if confounded.number[i] == confounded.number[best]:
         return f"it is {_behind(scores, best, i)}: that is not enough to tell it from {titles[best]}"
@@ -133,22 +134,26 @@ def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> boo
         t.hypothesis.cause != "parameter" for t in other.setting
     )
     if parameters:
-        return len(one.unknowns) <= len(other.unknowns)
-    return len(one.unknowns) < len(other.unknowns) and scores.likeness[i, j] > SAME and _targets(one, other) == _targets(other, one)
+        return one.count <= other.count
+    return one.count < other.count and scores.likeness[i, j] > SAME and _targets(one, other) == _targets(other, one)
 
 
-def _vanishing(numbers: Sequence[Sequence[Estimate]], setting: Setting) -> list[bool]:
-    """Of each term, whether an amplitude is not told from absence, by twice its 95 % interval."""
-    return [
-        any(n.amplitude and 2 * e.low - e.value <= n.absent <= 2 * e.high - e.value for n, e in zip(term.hypothesis.free, own, strict=True))
-        for term, own in zip(setting, numbers, strict=True)
-    ]
+def _vanishing(one: Fitted, numbers: Sequence[Sequence[Estimate]], moved: float) -> list[bool]:
+    """Of each term, whether an amplitude is not told from absence by twice its interval, and can do little (against ``moved``) within it."""
+    found = [False] * len(one.setting)
+    for k, unknown in enumerate(one.unknowns):
+        own = one.setting[unknown.term].hypothesis
+        e = numbers[unknown.term][[n.name for n in own.free].index(unknown.number.name)]
+        absent, reach = unknown.number.absent, float(np.linalg.norm(one.jacobian[k])) * max(e.high - e.value, e.value - e.low)
+        if unknown.number.amplitude and 2 * e.low - e.value <= absent <= 2 * e.high - e.value and 0 < reach < LITTLE * moved:
+            found[unknown.term] = True
+    return found
 
 
 def _is_needless(i: int, j: int, scores: Scores, fitted: Sequence[Fitted], vanishing: Sequence[bool]) -> bool:
     """Whether i is j with numbers more that explain nothing."""
     one, other = fitted[i - 1], fitted[j - 1]
-    if len(one.unknowns) <= len(other.unknowns) or not scores.likeness[i, j] > SAME or scores.clearly_ahead(i, j, TIED):
+    if one.count <= other.count or not scores.likeness[i, j] > SAME or scores.clearly_ahead(i, j, TIED):
         return False
     mine = _different(one.setting, other.setting)
     if not _different(other.setting, one.setting):

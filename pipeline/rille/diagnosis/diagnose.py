@@ -1,5 +1,6 @@
 """From recordings that a model does not reproduce to what is missing: the steps of a diagnosis in their order."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -7,6 +8,7 @@ from typing import Any, TypeVar
 
 from rille.diagnosis.candidates import candidates, of_kind
 from rille.diagnosis.compare import compare_windows
+from rille.diagnosis.diagnosis_step import diagnosis_step
 from rille.diagnosis.difference import find_difference
 from rille.diagnosis.found import Found
 from rille.diagnosis.held_out import Parts, held_out_parts
@@ -105,7 +107,25 @@ def diagnose(
     run = _Progress(on_progress, stage)
     parts = held_out_parts(recordings, held_out, options.window)
     noise = shared_noise([*parts.training, *parts.held_out])
-    base: list[Comparison] = run.run("comparisons", 0.0, 0.2, lambda told: _compared(simulators, parts, noise, options, told))
+    step = run.run("step", 0.0, 0.05, lambda told: _steps(simulators, parts, noise, options))
+
+    def coarse(scenario: str) -> Any:
+        simulator = simulators(scenario)
+        return simulator if step == simulator.step else simulator.changed(step=step)
+
+    return _diagnosed(coarse, parts, noise, kinds, options, run)
+
+
+def _steps(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> float:
+    """Step [s] of all replays: what the first recording allows."""
+    recording = parts.training[0]
+    return diagnosis_step(simulators(recording.scenario or ""), recording, window=options.window, noise=noise)
+
+
+def _diagnosed(
+    simulators: Callable[[str], Any], parts: Parts, noise: Noise, kinds: Sequence[EffectKind], options: Options, run: _Progress
+) -> Diagnosis:
+    base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: _compared(simulators, parts, noise, options, told))
     difference = find_difference(base)
     location = locate(difference, base)
     simulator = simulators(parts.training[0].scenario or "")
@@ -204,7 +224,8 @@ def _experiments(simulator: Any, parts: Parts, found: Found, told: Told) -> tupl
     if len(members) < 2:
         return ()
     settings = [tuple(term.term for term in row.terms) for row in members]
-    return next_experiments(simulator, parts.training, settings, titles=[row.title for row in members], on_progress=told)
+    now = math.sqrt(2 * max(0.0, min(row.behind for row in members[1:])))
+    return next_experiments(simulator, parts.training, settings, titles=[row.title for row in members], now=now, on_progress=told)
 
 
 def _answer(
@@ -241,6 +262,7 @@ def _answer(
         experiments=experiments,
         data_problems=_data_problems([*parts.training, *parts.held_out]),
         limits=cannot,
+        leftover=leftover,
         unknown_like=unknown.sentence if unknown is not None else "",
         notes=notes,
         seconds=dict(run.seconds),

@@ -16,7 +16,7 @@ from rille.diagnosis.noise_floor import difference_noise, quantisation
 from rille.diagnosis.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.sensor_faults import concerns, moves_time, repaired, said, true_instants
 from rille.diagnosis.start_fit import FARTHEST, Samples, fit_starts, residuals
-from rille.diagnosis.start_states import Starts, smoothed_values, start_states
+from rille.diagnosis.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.state_coordinates import moved
 from rille.diagnosis.windows import Cut, cut
 from rille.model import InputRefused
@@ -294,7 +294,9 @@ def gather_part(
     starts = start_states(
         model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
     )
-    starts = replace(starts, factor=starts.factor * np.where(starts.seen, UNSURE, 1.0)[:, :, None, None])
+    # What contact decides it decides with the model that is in doubt: then the recording's own uncertainty is all that is known.
+    unsure = np.where(starts.kept, 1 / KEPT_SHARE, np.where(starts.seen, UNSURE, 1.0))
+    starts = replace(starts, factor=starts.factor * unsure[:, :, None, None])
     samples = [samples_of(c, noise[c.name][0], parts) for c in channels]
     channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
     samples = [s for s in samples if len(s.time)]

@@ -51,6 +51,11 @@ class Fitted:
         return max(1.0, self.chi2 / max(self.degrees - len(self.unknowns), 1.0))
 
     @property
+    def count(self) -> int:
+        """Numbers that change anything."""
+        return int(np.sum(np.any(self.jacobian != 0, axis=1))) if self.unknowns else 0
+
+    @property
     def precision(self) -> Array:
         """(k, k) of the prior."""
         return np.diag([u.precision for u in self.unknowns]) if self.unknowns else np.empty((0, 0))

@@ -35,7 +35,7 @@ class Scores:
     """Entry 0 is the base, then the settings in their order.
 
     gain (m,) [nats] : held-out log-likelihood above the base. ahead, ahead_error (m, m) : by how much i is ahead of j, with its error if i
-    is right. bic (m,) : chi2/kappa + k log n. alone (m,) : cannot be held out. chi2 (m,). likeness (m, m) : correlation of what i and
+    is right. bic (m,) : chi2/kappa + k log n. alone (m,) : cannot be held out. chi2 (m,). moved (m,) : size of what it changes in the base's residuals. likeness (m, m) : correlation of what i and
     j change in the base's residuals. kappa : over-dispersion. needed : standard errors that count, more with few windows. degrees.
     channel_chi2 (m, channels). channel_count (channels,).
     """
@@ -47,6 +47,7 @@ class Scores:
     alone: NDArray[np.bool_]
     chi2: Array
     window_chi2: Array
+    moved: Array
     likeness: Array
     kappa: float
     needed: float
@@ -66,7 +67,7 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
     stack = np.empty((len(fitted) + 1, len(judge.base)), dtype=np.float32)
     stack[0] = judge.base
     alone = np.zeros(len(fitted) + 1, dtype=bool)
-    sizes = np.array([0] + [len(one.unknowns) for one in fitted])
+    sizes = np.array([0] + [one.count for one in fitted])
     chi2 = np.array([judge.chi2] + [one.chi2 for one in fitted])
     for i, one in enumerate(fitted, start=1):
         stack[i], alone[i] = held_out(one, edges, fold)
@@ -93,6 +94,7 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
         alone=alone,
         chi2=chi2,
         window_chi2=own.T,
+        moved=size,
         likeness=np.clip(change / np.outer(size, size), -1.0, 1.0),
         kappa=kappa,
         needed=standard_errors_that_count(judge.metric.n_windows),

@@ -1,7 +1,6 @@
 """Recordings over time as evidence: replayed in windows, every setting from the same starts."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -68,6 +67,7 @@ class ReplayEvidence:
 
     def __init__(self, parts: Sequence[Part], *, window: float) -> None:
         self.parts = tuple(part for part in parts if len(part.first))
+        self._start_gain: Array | None = None
         self.length = window
         self.channels: tuple[Channel, ...] = tuple({_key(s.channel): s.channel for part in self.parts for s in part.samples}.values())
         self.starts: Array = np.concatenate([part.first for part in self.parts])
@@ -89,12 +89,14 @@ class ReplayEvidence:
         """Names of the recordings, in the order of ``run``."""
         return tuple(part.recording.name for part in self.parts)
 
-    @cached_property
+    @property
     def start_gain(self) -> Array:
         """D (N, d), in columns that are of no direction of a recording 0."""
-        gains = [part.start_gain for part in self.parts]
-        widest = max(gain.shape[1] for gain in gains)
-        return np.concatenate([np.pad(gain, ((0, 0), (0, widest - gain.shape[1]))) for gain in gains])
+        if self._start_gain is None:
+            gains = [part.start_gain for part in self.parts]
+            widest = max(gain.shape[1] for gain in gains)
+            self._start_gain = np.concatenate([np.pad(gain, ((0, 0), (0, widest - gain.shape[1]))) for gain in gains])
+        return self._start_gain
 
     def residuals(self, settings: Sequence[Setting]) -> Array:
         """(k, N) as ``Evidence`` says. A setting that the model refuses (a value out of its bounds) is a row of NaN."""

@@ -24,7 +24,8 @@ from rille.model.recording import Recording
 
 Array = NDArray[np.float64]
 RESOLUTION = 0.02  # [s] 1 sigma of the smoothing of efforts, where the sampling allows it
-FINE = 2  # median sampling intervals in one of the fine grid
+FINE = 2  # median sampling intervals from one run of the model to the next
+BEFORE = 0.4  # resolutions of smoothing of the motion before the model is run from it: dry friction turns noise of the speed into effort
 ROUGH = 3.0  # resolutions that the smoothing is wider by which roughness is measured
 WITHIN = 6.0  # resolutions over which roughness is averaged
 GAP = 4.0  # fine intervals without a sample that are a hole
@@ -90,7 +91,8 @@ def residual_effort(
     grid = _grid(series, fine, simulator.step)
     if len(grid) * fine < 10 * resolution:
         raise InputRefused(f"recording '{recording.name}' is too short for residual efforts: {len(grid) * fine:.3g} s")
-    motion = [_motion(found, grid, fine) for found in series]
+    before = BEFORE * resolution
+    motion = [_motion(found, grid, fine, before) for found in series]
     position, speed = (np.stack([m[k] for m in motion], axis=1) for k in (0, 1))
     whole = np.all([m[2] for m in motion], axis=0)
     states = _states(len(simulator.joints), coordinates, grid, position, speed)
@@ -99,7 +101,9 @@ def residual_effort(
     given, lacking = simulator.missing_efforts(states[:-1], fine, states[1:, N_ROOT + len(simulator.joints) :])
     applied, value = _along(coordinates, given), _along(coordinates, lacking)
     whole = whole[:-1] & whole[1:] & np.isfinite(applied).all(axis=1) & np.isfinite(value).all(axis=1)
-    return _thinned(recording.name, simulator, coordinates, resolution, fine, grid[:-1] + fine / 2, whole, value, applied, position, speed)
+    return _thinned(
+        recording.name, simulator, coordinates, resolution, fine, before, grid[:-1] + fine / 2, whole, value, applied, position, speed
+    )
 
 
 def efforts_at(simulator: Any, effort: ResidualEffort, rows: NDArray[np.int64]) -> Array:
@@ -120,20 +124,23 @@ def _grid(series: Sequence[Sequence[Series]], fine: float, step: float) -> Array
     return np.ceil(first / step) * step + fine * np.arange(max(0, int((last - first) / fine)))
 
 
-def _motion(series: Sequence[Series], grid: Array, fine: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Position and rate (n,) of one coordinate on the grid, and where there are samples. Sensors of one quantity by their noise."""
+def _motion(series: Sequence[Series], grid: Array, fine: float, before: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Position and rate (n,) of one coordinate on the grid, smoothed over ``before`` [s], and where there are samples. Sensors of one
+    quantity count by their noise.
+    """
+    finest = grid[0] + fine / FINE * np.arange(FINE * (len(grid) - 1) + 1)
     found: dict[int, list[tuple[Array, float]]] = {0: [], 1: []}
     whole = np.ones(len(grid), dtype=bool)
     for s in series:
         seen = np.isfinite(s.value)
         time, value = s.time[seen], s.value[seen]
-        found[s.order].append((np.interp(grid, time, value), max(s.noise, 1e-12) ** -2))
+        found[s.order].append((np.interp(finest, time, value), max(s.noise, 1e-12) ** -2))
         after = np.clip(np.searchsorted(time, grid), 1, len(time) - 1)
         whole &= time[after] - time[after - 1] <= GAP * fine
-    mean = {order: sum(v * w for v, w in rows) / sum(w for _, w in rows) for order, rows in found.items() if rows}
-    position = gaussian_filter1d(np.asarray(mean[0]), 1.0, mode="nearest")
-    rate = gaussian_filter1d(np.asarray(mean[1]), 1.0, mode="nearest") if 1 in mean else np.gradient(position, fine)
-    return position, rate, whole
+    mean = {order: np.asarray(sum(v * w for v, w in rows) / sum(w for _, w in rows)) for order, rows in found.items() if rows}
+    position = gaussian_filter1d(mean[0], before * FINE / fine, mode="nearest")
+    rate = gaussian_filter1d(mean[1], before * FINE / fine, mode="nearest") if 1 in mean else np.gradient(position, fine / FINE)
+    return position[::FINE], rate[::FINE], whole
 
 
 def _states(n_joints: int, coordinates: Sequence[Coordinate], grid: Array, position: Array, speed: Array) -> Array:
@@ -157,6 +164,7 @@ def _thinned(
     coordinates: Sequence[Coordinate],
     resolution: float,
     fine: float,
+    before: float,
     time: Array,
     whole: NDArray[np.bool_],
     value: Array,
@@ -170,7 +178,7 @@ def _thinned(
     def smooth(x: Array, by: float = width, order: int = 0) -> Array:
         return gaussian_filter1d(np.where(whole[:, None], x, 0.0), by, axis=0, order=order, mode="nearest") / fine**order
 
-    smoothed = smooth(value)
+    smoothed = smooth(value + applied) - smooth(applied, float(np.hypot(width, before / fine)))  # the motion was smoothed before
     off = smoothed - gaussian_filter1d(smoothed, ROUGH * width, axis=0, mode="nearest")
     rough = np.sqrt(gaussian_filter1d(off**2, WITHIN * width, axis=0, mode="nearest"))
     far = int(np.ceil(EDGE * width))

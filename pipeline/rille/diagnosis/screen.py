@@ -19,15 +19,18 @@ from rille.diagnosis.shape_tries import Tries, Values, quadrature, shape_tries
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
 
 ROUNDS = 7  # of finding the size of a trial
-FELT = 1.0  # chi-squared of a change that is felt at all
+FELT = 1.0  # chi-squared of a change that is felt well
+UNFELT = 1e-6  # chi-squared of one that is none
 SMALLEST = 1e-4  # of the residuals: a change should be this large at least
+LEAP, LEAPS = 25.0, 3  # factor on a step that is not felt at all, and how often that is tried
+STUBBORN, MINUTE = 0.5, 0.01  # share of a change that is still there after a smaller step, which is as small against the first one
 PROMISING = 0.01  # share of the excess that must be expected for a hypothesis to be run in all windows
 LEAST_DROP = 4.0  # of chi-squared, for the same
 KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
 CORRECTIONS = 3
-FEW_WINDOWS = 16
+PART, FEW_WINDOWS = 8, (6, 24)  # one of so many windows is looked at first, but at least, and at most, so many
 BEST_SHAPES = 2
-SCANNED, SCANNED_FROM = 8, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
+SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +78,9 @@ class _Trial:
     size: float = 0.0
     weak: float = 0.0  # largest step that was too small
     strong: float = 0.0  # smallest step that was too large
+    drowned: float = 0.0  # size of the change that it made
+    leaps: int = 0  # times that it was too small
+    jumps: bool = False  # the law sets in at once: it does as much however small the step is
 
     @property
     def values(self) -> Values:
@@ -101,9 +107,10 @@ def screen(
     times = [float(evidence.starts[w]) for w in worst[:5]]
     shapes = [shape_tries(h, times, (tries or {}).get(h.title, ())) for h in hypotheses]
     few = judge
-    if len(worst) > 2 * FEW_WINDOWS:
-        spread = np.linspace(0, len(worst) - 1, FEW_WINDOWS // 2).astype(np.int64)
-        few = Judge(evidence.subset(np.union1d(worst[: FEW_WINDOWS // 2], spread)), judge.on_top, floor=judge.floor)
+    count = int(np.clip(len(worst) // PART, *FEW_WINDOWS))
+    if len(worst) >= 2 * count:
+        spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
+        few = Judge(evidence.subset(np.union1d(worst[: count // 2], spread)), judge.on_top, floor=judge.floor)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
     proposals = ask_together(few, [_propose(few, h, tried) for h, tried in zip(hypotheses, shapes, strict=True)], tell)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
@@ -130,13 +137,12 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> 
     trials = yield from _felt_trials(judge, hypothesis, shapes)
     least = max(LEAST_DROP, PROMISING * judge.excess)
     offers = [offer for offer in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if offer[0] > least]
-    promised = offers[0][0] if offers else 0.0
-    kept = 0.0
+    promised, beyond = (offers[0][0] if offers else 0.0), any(trial.weak or trial.jumps for trial in trials)
     if offers:
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
         offers = _as_found(judge, blocks, [values for _, values in offers])
-        kept = offers[0][0]
-    if trials and kept <= KEPT * promised and sum(number.amplitude for number in hypothesis.free) == 1:
+    kept = offers[0][0] if offers else 0.0
+    if (kept < KEPT * promised or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         scanned = _scan(max(trials, key=lambda trial: trial.size), [values for _, values in offers[:1]])
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
         offers = sorted(offers + _as_found(judge, blocks, scanned), key=lambda offer: -offer[0])[:BEST_SHAPES]
@@ -152,11 +158,12 @@ def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tup
 
 def _scan(trial: _Trial, proposed: Sequence[Values]) -> list[Values]:
     """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or the proposed one."""
-    number = trial.number
+    number, size = trial.number, abs(trial.step)
     aims = [abs(values[number.name] - number.absent) for values in proposed]
-    size = abs(trial.step)
-    low = max(trial.weak, SCANNED_FROM * size) if trial.weak < size else SCANNED_FROM * size
-    high = min(max(trial.strong, 2.0 * size, *aims), number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
+    low, high = trial.weak if 0 < trial.weak < size else SCANNED_FROM * size, trial.strong or max(2.0 * size, *aims, 0.0)
+    if trial.jumps:
+        low, high = 0.1 * abs(_first_step(number)), 10.0 * abs(_first_step(number))
+    high = min(high, number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
     steps = np.sign(trial.step) * np.geomspace(low, max(high, low), SCANNED)
     shape = {**trial.shape, **{k: v for values in proposed for k, v in values.items() if k != number.name}}
     return [shape | {number.name: float(np.clip(number.absent + step, number.lower, number.upper))} for step in steps]
@@ -185,24 +192,33 @@ def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquir
 
 
 def _felt_trials(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[list[_Trial]]:
-    """Trials of every amplitude at every shape (twice, a quarter turn apart, where the phase is found so) that change something."""
+    """Trials of every amplitude at every shape (twice, a quarter turn apart, where the phase is found so) that change something.
+
+    The steps that the first shape needs serve the others, if it does anything.
+    """
     phase = quadrature(hypothesis)
     turns = [{}] if phase is None else [{phase.name: 0.0}, {phase.name: 0.5 * np.pi}]
-    amplitudes = [number for number in hypothesis.free if number.amplitude]
-    trials = [_Trial(n, dict(shape) | turn, _first_step(n)) for shape in shapes for turn in turns for n in amplitudes]
-    asked = [trial for trial in trials if trial.step]
-    for _ in range(ROUNDS):
-        if not asked:
-            break
-        blocks = yield [(*judge.on_top, hypothesis.at(trial.values)) for trial in asked]
-        again = []
-        for trial, block in zip(asked, blocks, strict=True):
+    amplitudes = [number for number in hypothesis.free if number.amplitude and _first_step(number)]
+    first = [_Trial(n, dict(shapes[0]) | turn, _first_step(n)) for turn in turns for n in amplitudes]
+    yield from _run(judge, hypothesis, first, ROUNDS)
+    steps = {t.number.name: t.step for t in first if t.size > UNFELT}
+    others = [
+        _Trial(n, dict(shape) | turn, steps.get(n.name, _first_step(n))) for shape in shapes[1:] for turn in turns for n in amplitudes
+    ]
+    yield from _run(judge, hypothesis, others, 1 if steps else ROUNDS)
+    return [trial for trial in (*first, *others) if trial.size > UNFELT]
+
+
+def _run(judge: Judge, hypothesis: Hypothesis, trials: Sequence[_Trial], rounds: int) -> Inquiry[None]:
+    """Run trials, with other steps while these are too small or too large."""
+    for more in reversed(range(rounds)):
+        if not trials:
+            return
+        blocks = yield [(*judge.on_top, hypothesis.at(trial.values)) for trial in trials]
+        for trial, block in zip(trials, blocks, strict=True):
             trial.change = block - judge.base
             trial.size = float(trial.change @ trial.change)
-            if _resized(trial, judge):
-                again.append(trial)
-        asked = again
-    return [trial for trial in trials if trial.size > 1e-9 * max(FELT, SMALLEST * judge.chi2) and trial.size > 1e-6]
+        trials = [trial for trial in trials if _resized(trial, judge)] if more else []
 
 
 def _first_step(number: FreeNumber) -> float:
@@ -218,15 +234,17 @@ def _resized(trial: _Trial, judge: Judge) -> bool:
     room = trial.number.upper - trial.number.absent if trial.step > 0 else trial.number.absent - trial.number.lower
     size = abs(trial.step)
     if trial.size > most:
-        trial.strong = size
-        new = (
-            max(np.sqrt(trial.weak * size), 1e-3 * size)
-            if trial.weak
-            else size * float(np.clip(0.5 * np.sqrt(most / trial.size), 1e-3, 0.5))
-        )
+        if trial.size > STUBBORN * trial.drowned > 0 and size < MINUTE * abs(_first_step(trial.number)):
+            trial.jumps = True
+            return False
+        trial.strong, trial.drowned = size, trial.size
+        less = size * float(np.clip(0.5 * np.sqrt(most / trial.size), 1e-3, 0.5))
+        new = max(np.sqrt(trial.weak * size), less) if trial.weak else less
     elif trial.size < max(FELT, SMALLEST * judge.chi2):
-        trial.weak = size
-        new = size * float(np.clip(np.sqrt(0.1 * most / max(trial.size, 1e-12)), 1.0, 8.0))
+        if trial.size < UNFELT and trial.leaps >= LEAPS:
+            return False
+        trial.weak, trial.leaps = size, trial.leaps + 1
+        new = size * (LEAP if trial.size < UNFELT else float(np.clip(np.sqrt(0.1 * most / trial.size), 1.0, LEAP)))
         new = min(new, np.sqrt(size * trial.strong) if trial.strong else np.inf, room)
     else:
         return False

@@ -27,7 +27,8 @@ LEAST_WINDOWS = 4
 LEAST_DEGREES = 20.0
 SURVIVORS = 12  # of the screen, that are fitted
 WORTH = 0.3  # of the best's drop of chi-squared, that a survivor promises at least
-LITTLE = 0.02  # share of the excess that is left, below which no more costly hypotheses are tried
+LITTLE = 0.02  # share of the excess that is left by a law of few numbers, below which no more costly hypotheses are tried
+FEW_NUMBERS = 2
 PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 RIVALS = 6  # of each accepted piece, that are fitted again
@@ -118,7 +119,8 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
     cheap = [h for h in hypotheses if all(n.search != "order" for n in h.free)]
     screened, singles, done = Screened(judge=judge, signatures=(), tries=0), [], []
     for part in (cheap, [h for h in hypotheses if h not in cheap]):
-        if not part or (singles and min(one.chi2 for one in singles) - judge.floor * judge.degrees < LITTLE * judge.excess):
+        simple = min((one.chi2 for one in singles if one.count <= FEW_NUMBERS), default=judge.chi2)
+        if not part or simple - judge.floor * judge.degrees < LITTLE * judge.excess:
             continue
         more = screen(judge.evidence, part, tries=tries, judge=judge, on_progress=on_progress)
         signatures = sorted((*screened.signatures, *more.signatures), key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))

@@ -6,7 +6,7 @@ import numpy as np
 
 from rille.model.hypothesis import FreeNumber, Hypothesis
 
-FACTORS = (0.2, 5.0, 0.04, 25.0)  # of a number that is looked for over decades, about its first guess
+FACTORS = (0.2, 5.0, 0.04, 25.0)  # of a number that is looked for over decades, about its first guess; the nearer two if there are more
 EVERY_ORDER = 32  # whole numbers up to here are all tried
 ORDERS = (36, 40, 42, 44, 45, 48, 50, 52, 54, 56, 60, 64, 72, 80, 84, 90, 96, 100, 108, 120, 128, 144, 160, 180, 200, 240, 256, 300, 360,
           400, 500)  # fmt: skip
@@ -29,20 +29,21 @@ def shape_tries(hypothesis: Hypothesis, times: Sequence[float] = (), given: Sequ
     """
     shape = [number for number in hypothesis.free if not number.amplitude]
     turning = quadrature(hypothesis)
-    start = {number.name: number.start for number in shape}
+    start = {number.name: times[0] if number.search == "time" and times else number.start for number in shape}
+    several = sum(number.search == "scale" for number in shape) > 1
     known = {number.name for number in shape if number is not turning}
     tries = [start | {name: float(value) for name, value in values.items() if name in known} for values in given] or [start]
     for number in shape:
         if number is turning or (given and number.search != "order"):
             continue
-        guesses = [float(value) for value in _guesses(number, times) if number.lower <= value <= number.upper]
+        guesses = [float(value) for value in _guesses(number, times, several) if number.lower <= value <= number.upper]
         tries += [tries[0] | {number.name: value} for value in guesses]
     return [dict(one) for one in dict.fromkeys(tuple(sorted(one.items())) for one in tries)]
 
 
-def _guesses(number: FreeNumber, times: Sequence[float]) -> Sequence[float]:
+def _guesses(number: FreeNumber, times: Sequence[float], several: bool) -> Sequence[float]:
     if number.search == "scale":
-        return [number.start * factor for factor in FACTORS]
+        return [number.start * factor for factor in FACTORS[: 2 if several else 4]]
     if number.search == "order":
         return [*range(1, EVERY_ORDER + 1), *ORDERS]
     if number.search == "phase":

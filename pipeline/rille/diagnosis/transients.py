@@ -23,7 +23,10 @@ WIDTHS = (0.03, 0.045, 0.065, 0.095, 0.14, 0.2)  # [s] 1 sigma of the bells: 0.0
 STEP = 1 / 3  # widths between neighbouring bells
 ALONE = 0.3  # share of its own information that a bell must add to those already found
 APART = 2.0  # sums of widths within which two bells are one push
-LEAST_SCORE = 4.0  # whatever calibration says
+REACH = 3.0  # widths around a bell in which it must stand out of the effort itself
+LEAST_SCORE = 3.5  # whatever calibration says
+LEAST_HEIGHT = 2.5  # usual residual efforts (1 sigma): the model is wrong by less every day
+QUIET = 2.0  # score of a recording in which nothing stands out
 FALSE_ALARMS = 0.02  # per recording that are accepted
 MOST = 30  # pushes in one group of recordings
 MOST_INSTANTS = 3000  # judged together
@@ -64,9 +67,9 @@ def alarms(groups: Sequence[Sequence[ResidualEffort]], uncertainty: EffortUncert
     for group in groups:
         for c in range(len(uncertainty.coordinates)):
             for part in _parts(group):
-                bells = _bells(points_of(part, c, uncertainty.usual), uncertainty.numbers[c], 2.0)
+                bells = _bells(points_of(part, c, uncertainty.usual), uncertainty.numbers[c], QUIET)
                 for number in range(len(part)):
-                    highest.append(max((abs(b.score) for b in bells if b.run == number), default=2.0))
+                    highest.append(max((abs(b.score) for b in bells if b.run == number), default=QUIET))
     place, scale = gumbel_r.fit(highest)
     return Alarm(place=float(place), scale=float(scale))
 
@@ -126,6 +129,7 @@ def _bells(p: Points, numbers: Array, threshold: float) -> list[Bell]:
     """Bells beyond the threshold, strongest first."""
     root = root_covariance(p, numbers)
     shapes, run, time, width = _shapes(p)
+    plain = _plain(p, run, time, width)
     white = solve_triangular(root, shapes, lower=True, check_finite=False)
     left = solve_triangular(root, p.value, lower=True, check_finite=False)
     data = left.copy()
@@ -134,7 +138,10 @@ def _bells(p: Points, numbers: Array, threshold: float) -> list[Bell]:
     free = own > 0
     picks, scores = [], []
     while len(picks) < MOST:
-        score = np.where(free & (new > ALONE * own), (white.T @ left) / np.sqrt(np.where(free, np.maximum(new, 1e-12), 1.0)), 0.0)
+        usable = free & (new > ALONE * own)
+        size = np.sqrt(np.where(usable, new, 1.0))
+        height = _smaller((white.T @ left) / size**2, plain)
+        score = np.where(usable & (np.abs(height) > LEAST_HEIGHT * p.unit), height * size, 0.0)
         best = int(np.argmax(np.abs(score)))
         if abs(score[best]) < threshold:
             break
@@ -155,6 +162,27 @@ def _bells(p: Points, numbers: Array, threshold: float) -> list[Bell]:
         Bell(run=int(run[b]), time=float(time[b]), width=float(width[b]), amplitude=float(a), error=float(e), score=s)
         for b, a, e, s in zip(picks, amplitude, error, scores, strict=True)
     ]
+
+
+def _smaller(first: Array, second: Array) -> Array:
+    """The smaller in size of two, 0 where their signs differ."""
+    return np.where(first * second > 0, np.sign(first) * np.minimum(np.abs(first), np.abs(second)), 0.0)
+
+
+def _plain(p: Points, run: NDArray[np.int64], time: Array, width: Array) -> Array:
+    """(m,) heights of bells above a straight line through their surroundings, without any model of the uncertainty: a push must show in the
+    effort itself, not only against what the model's errors elsewhere would let one expect.
+    """
+    heights = np.zeros(len(time))
+    for k, (r, t, w) in enumerate(zip(run, time, width, strict=True)):
+        seen = float(np.hypot(w, p.resolution))
+        first, last = np.searchsorted(p.run, (r, r + 1))
+        first, last = first + np.searchsorted(p.time[first:last], (t - REACH * seen, t + REACH * seen))
+        x = (p.time[first:last] - t) / seen
+        columns = np.stack([w / seen * np.exp(-0.5 * x**2), np.ones_like(x), x], axis=1)
+        if last - first > 3:
+            heights[k] = np.linalg.lstsq(columns, p.value[first:last], rcond=None)[0][0]
+    return heights
 
 
 def _shapes(p: Points) -> tuple[Array, NDArray[np.int64], Array, Array]:

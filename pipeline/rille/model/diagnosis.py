@@ -183,8 +183,8 @@ class Experiment:
 class Diagnosis:
     """The answer. model : database. setting : what ``rille apply`` puts into the model; sensor faults are not applied.
 
-    ranked : best first. best : the first of ``ranked``'s terms if something is named. data_problems, limits : sentences of the data gate and
-    of what these recordings cannot tell. ``unknown_like`` : a formula that behaves like what is missing.
+    ranked : best first. data_problems, limits : sentences of the data gate, and of what these recordings cannot tell. leftover [-] : share
+    of what is beyond the noise that ``setting`` leaves. unknown_like : a formula that behaves like what is missing.
     """
 
     model: str
@@ -202,6 +202,7 @@ class Diagnosis:
     experiments: tuple[Experiment, ...] = ()
     data_problems: tuple[str, ...] = ()
     limits: tuple[str, ...] = ()
+    leftover: float = NAN
     unknown_like: str = ""
     notes: tuple[str, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)

@@ -23,6 +23,7 @@ class BenchSheet(Sheet):
 
     radius, width : of the rim; not needed if the database has the wheel. grousers : ``"24 x 10 mm"``, or grouser_count and grouser_height.
     soil : name in the database or the library. soil_values : the soil's numbers, all of them or, with ``soil``, those that differ.
+    soil_known : the soil was fitted to other points before, and diagnosis leaves its numbers as they are.
     law : bekker, bekker_wong or reece. gravity : moon, mars, earth or a number. speed : of the carriage.
     load, slip_ratio, slip_angle : where one value was the same for all points and there is no channel of it.
     load_error : 1 sigma of the load relative to it, where it is not known well ("10 %").
@@ -37,6 +38,7 @@ class BenchSheet(Sheet):
     grouser_height: Number | None = None
     soil: str | None = None
     soil_values: dict[str, Any] | None = None
+    soil_known: bool = False
     law: Literal["bekker", "bekker_wong", "reece"] = "bekker_wong"
     gravity: Number = "earth"
     speed: Number = 0.05
@@ -62,6 +64,8 @@ def bench_setup(table: Mapping[str, object], what: str) -> dict[str, object]:
         setup["soil"] = sheet.soil
     if sheet.soil_values is not None:
         setup["soil_values"] = dict(sheet.soil_values)
+    if sheet.soil_known:
+        setup["soil_known"] = True
     for name, unit in UNITS.items():
         value = getattr(sheet, name)
         if value is not None:

@@ -27,6 +27,7 @@ from rille.recording.gate.witness import check_witnesses
 from rille.recording.points_gate import points_findings
 
 Array = NDArray[np.float64]
+LEVEL = 0.4  # [rad] of roll and pitch, up to which the rate of an angle is nearly a component of the angular velocity
 Findings = tuple[GateFinding, ...]
 Progress = Callable[[str, float], None]
 Lame = Mapping[str, Sequence[Span]]  # channel -> stretches [s] on which it is stuck or cut off
@@ -184,12 +185,21 @@ def _together(
     fits: list[tuple[Pair, Fit]] = []
     for j, pair in enumerate(distinct):
         tell(f"{pair.first} against {pair.second}", 0.8 + 0.2 * j / len(distinct))
-        if pair.first in tracks and pair.second in tracks:
+        if pair.first in tracks and pair.second in tracks and not _tilted(pair, heads, tracks):
             fit = fit_lag(tracks[pair.first], tracks[pair.second], pair.order, response=pair.kind == "response")
             if fit is not None:
                 fits.append((pair, fit))
     found = check_agreement(heads, fits) + check_witnesses(tracks, fits)
     return [(finding, {str(finding.detail[key]) for key in ("first", "second") if key in finding.detail}) for finding in found]
+
+
+def _tilted(pair: Pair, heads: Mapping[str, Channel], tracks: Mapping[str, Track]) -> bool:
+    """Whether a pair is an angle and a turning rate of a body that does not stay level: then one is not the rate of the other."""
+    angle = heads[pair.first]
+    if pair.kind != "rate" or angle.quantity != "part.orientation":
+        return False
+    tilts = [n for n, c in heads.items() if (c.quantity, c.target) == (angle.quantity, angle.target) and c.component in ("roll", "pitch")]
+    return any(float(np.nanquantile(np.abs(tracks[name].value), 0.99)) > LEVEL for name in tilts if name in tracks)
 
 
 def _track(source: Source, name: str, stretches: Sequence[Stretch], lame: Sequence[Lame], apart: float) -> Track | None:
