@@ -28,7 +28,9 @@ def diagnose(
     held_out: Annotated[
         list[str] | None, typer.Option(help="Recordings to prove the answer on, repeatable; default: some of several, the end of one.")
     ] = None,
-    window: Annotated[str, typer.Option(help="Length of the windows that are replayed, each from the smoothed recorded state.")] = "0.5 s",
+    window: Annotated[
+        str | None, typer.Option(help="Length of the windows that are replayed; default: as long as errors of their starts stay small.")
+    ] = None,
     scenario: Annotated[str | None, typer.Option(help="Scenario (terrain, gravity); default: the recording's, else the only one.")] = None,
     most: Annotated[int, typer.Option(help=f"Pieces of an answer at most, 1 to {MOST}.")] = 4,
     only: Annotated[
@@ -54,8 +56,8 @@ def diagnose(
     from rille.model import InputRefused
     from rille.model.quantity import to_si
 
-    length = to_si(window, "time", "--window")
-    if not length >= SHORTEST:
+    length = to_si(window, "time", "--window") if window is not None else None
+    if length is not None and not length >= SHORTEST:
         raise InputRefused(f"--window is {length:g} s; it must be at least {SHORTEST:g} s, and some samples long; 0.2 to 1 s is usual")
     if not 1 <= most <= MOST:
         raise InputRefused(f"--most is {most}; an answer has 1 to {MOST} pieces")

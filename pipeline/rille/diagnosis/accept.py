@@ -36,6 +36,6 @@ def differs(judge: Judge) -> bool:
     return bool(whole or np.any(beyond > np.maximum(allowed, LEAST_IN_WINDOW * degrees)))
 
 
-def beyond_noise(judge: Judge) -> float:
-    """Chi-squared beyond what noise gives by chance."""
-    return max(0.0, judge.excess - 2.0 * judge.floor * float(np.sqrt(2.0 * judge.degrees)))
+def noise_of(judge: Judge, chi2: float, degrees: float) -> float:
+    """Chi-squared per degree of noise: the floor, or less where a setting shows by its chi2 and degrees that noise is overstated."""
+    return min(judge.floor, chi2 / max(degrees, 1.0))

@@ -124,7 +124,9 @@ def _row(one: Round, k: int, probability: float, evidence: BenchEvidence, kinds:
             f"RMS {_rms(rival.held_out):.2f} against {_rms(one.rivals[0].held_out):.2f} times the noise"
         )
     elif k > 0:
-        loses = f"does not lose: behind by {one.behind[k]:.1f} +- {one.behind_error[k]:.1f} nats only"
+        loses = (
+            f"it is {one.behind[k]:.1f} +- {one.behind_error[k]:.1f} nats behind: that is not enough to tell it from {one.rivals[0].title}"
+        )
     return RankedHypothesis(
         terms=shown(numbers[len(numbers) - count :], rival.extra, kinds),
         title=rival.title,

@@ -217,6 +217,7 @@ def compare_bench(
     rank = np.empty(len(points))
     rank[curves.order] = np.arange(len(points))
     bad = recording.flagged("bad_channel", "stuck")
+    unknown_zero: Sequence[str] = recording.setup.get("unknown_zero") or ()  # pyright: ignore[reportAssignmentType]
     compared, notes = [], []
     for channel in observed:
         here = replace(channel, value=channel.value[stated], time=channel.time[stated])
@@ -225,6 +226,12 @@ def compare_bench(
         if not known.any():
             notes.append(f"{channel.name} has no point with both a measured and a simulated value")
             continue
+        if channel.name in unknown_zero:
+            shift = float(np.mean(here.value[known] - simulated[known]))
+            here = replace(here, value=here.value - shift)
+            notes.append(
+                f"the zero of {channel.name} is not known; {shift:.4g} {channel.unit} were taken off, so that it agrees in the mean"
+            )
         scatter = find_scatter(here, simulated, points, groups, curves)
         notes.append(_scatter_note(here, scatter))
         order = curves.order[known[curves.order]]

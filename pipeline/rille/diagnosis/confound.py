@@ -14,7 +14,7 @@ from rille.model.recording import Channel
 
 TIED = 3.0  # [nats] differences below this never count
 ALIKE = 0.95  # correlation of what two change, beyond which twice the usual errors are needed to tell them apart
-LITTLE = 0.25  # of what a law changes: a number that may do more than this within its interval is not needless
+LITTLE = 0.3  # of what a law changes: a number that may do more than this within its interval is not needless
 SAME = 0.99  # correlation beyond which an additional number changes nothing
 
 
@@ -90,9 +90,10 @@ def why_it_loses(
     titles: Sequence[str],
     fitted: Sequence[Fitted],
     channels: Sequence[Channel],
+    excess: float,
     numbers: Sequence[Estimate] = (),
 ) -> str:
-    """A sentence on why entry i stands behind the best; '' for the best itself."""
+    """A sentence on why entry i stands behind the best; '' for the best itself. excess : chi-squared of the base beyond noise."""
     if i == best:
         return ""
     if confounded.needless[i] >= 0:
@@ -101,7 +102,6 @@ def why_it_loses(
         return f"it explains no more than {titles[simpler]} with {more} number{'s' if more > 1 else ''} more"
     if confounded.number[i] == confounded.number[best]:
         return f"it is {_behind(scores, best, i)}: that is not enough to tell it from {titles[best]}"
-    excess = scores.chi2[0] - scores.degrees * min(1.0, scores.kappa)
     share = [(scores.chi2[0] - scores.chi2[k]) / excess if excess > 0 else np.nan for k in (i, best)]
     words = f"it takes away {share[0]:.0%} of what is beyond the noise, {titles[best]} {share[1]:.0%}; it is {_behind(scores, best, i)}"
     lost = scores.channel_chi2[i] - scores.channel_chi2[best]
@@ -139,13 +139,19 @@ def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> boo
 
 
 def _vanishing(one: Fitted, numbers: Sequence[Sequence[Estimate]], moved: float) -> list[bool]:
-    """Of each term, whether an amplitude is not told from absence by twice its interval, and can do little (against ``moved``) within it."""
+    """Of each term, whether an amplitude is not told from absence by twice its interval, and is little within it: it changes little
+    (against ``moved``), and is small against another number in its unit.
+    """
     found = [False] * len(one.setting)
     for k, unknown in enumerate(one.unknowns):
         own = one.setting[unknown.term].hypothesis
         e = numbers[unknown.term][[n.name for n in own.free].index(unknown.number.name)]
         absent, reach = unknown.number.absent, float(np.linalg.norm(one.jacobian[k])) * max(e.high - e.value, e.value - e.low)
-        if unknown.number.amplitude and 2 * e.low - e.value <= absent <= 2 * e.high - e.value and 0 < reach < LITTLE * moved:
+        others = [
+            abs(o.value) for o, n in zip(numbers[unknown.term], own.free, strict=True) if o.unit == e.unit and n.amplitude and o is not e
+        ]
+        small = 0 < reach < LITTLE * moved and all(max(abs(e.high), abs(e.low)) < LITTLE * other for other in others)
+        if unknown.number.amplitude and 2 * e.low - e.value <= absent <= 2 * e.high - e.value and small:
             found[unknown.term] = True
     return found
 

@@ -11,18 +11,20 @@ from rille.diagnosis.compare import compare_windows
 from rille.diagnosis.diagnosis_step import diagnosis_step
 from rille.diagnosis.difference import find_difference
 from rille.diagnosis.found import Found
-from rille.diagnosis.held_out import Parts, held_out_parts
+from rille.diagnosis.held_out import Parts, extent, held_out_parts
 from rille.diagnosis.limits import limits
 from rille.diagnosis.locate import locate
 from rille.diagnosis.natural import natural
 from rille.diagnosis.next_experiment import next_experiments
 from rille.diagnosis.noise_floor import shared_noise
+from rille.diagnosis.patches import patch_tries, window_places
 from rille.diagnosis.prove import prove
 from rille.diagnosis.replay_evidence import gather
 from rille.diagnosis.search import search
 from rille.diagnosis.statement import statement
 from rille.diagnosis.tries import place_tries
 from rille.diagnosis.unknown import Unknown, find_unknown
+from rille.diagnosis.window_length import LENGTHS, window_length
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import Diagnosis, Experiment, Location, Proof, Verdict
@@ -44,14 +46,18 @@ FALSE_ALARM = "the comparison calls something different, but no hypothesis and n
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """window [s] : length of the windows. most : of terms that an answer may have. only, without : causes, kinds or targets of hypotheses
-    that are looked at alone, or not at all.
+    """window [s] : length of the windows, None: as ``window_length`` finds. most : of terms in an answer. only, without : causes,
+    kinds or targets of hypotheses that are looked at alone, or not at all.
     """
 
-    window: float = 0.5
+    window: float | None = None
     most: int = 4
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+
+
+def _length(options: Options) -> float:
+    return options.window or LENGTHS[-1]
 
 
 def at_once(name: str, compute: Callable[[], T]) -> T:
@@ -103,23 +109,27 @@ def diagnose(
     ------
     InputRefused : as of ``compare_windows`` and ``held_out_parts``.
     """
-    options = options or Options()
+    chosen = options or Options()
     run = _Progress(on_progress, stage)
-    parts = held_out_parts(recordings, held_out, options.window)
+    parts = held_out_parts(recordings, held_out, _length(chosen))
     noise = shared_noise([*parts.training, *parts.held_out])
-    step = run.run("step", 0.0, 0.05, lambda told: _steps(simulators, parts, noise, options))
+    window, step = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
+    chosen = replace(chosen, window=window)
 
     def coarse(scenario: str) -> Any:
         simulator = simulators(scenario)
         return simulator if step == simulator.step else simulator.changed(step=step)
 
-    return _diagnosed(coarse, parts, noise, kinds, options, run)
+    return _diagnosed(coarse, parts, noise, kinds, chosen, run)
 
 
-def _steps(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> float:
-    """Step [s] of all replays: what the first recording allows."""
+def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> tuple[float, float]:
+    """Length of windows and step of all replays [s]: what the first recording allows."""
     recording = parts.training[0]
-    return diagnosis_step(simulators(recording.scenario or ""), recording, window=options.window, noise=noise)
+    simulator = simulators(recording.scenario or "")
+    duration = sum(last - first for first, last in map(extent, parts.training))
+    window = options.window or window_length(simulator, recording, duration=duration, noise=noise)
+    return window, diagnosis_step(simulator, recording, window=window, noise=noise)
 
 
 def _diagnosed(
@@ -136,15 +146,18 @@ def _diagnosed(
         return _answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know")
     if not difference.differs:
         return _answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing")
-    found, unknown = run.run("search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, noise, location, kinds, options, told))
+    found, unknown = run.run(
+        "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, noise, base, location, kinds, options, told)
+    )
+    setting = (*found.setting, *(unknown.setting if unknown is not None else ()))
     proof = None
-    if found.terms:
+    if setting:
         proof, _ = run.run(
             "proof",
             0.8,
             0.95,
             lambda told: prove(
-                simulators, parts, found.setting, noise=noise, window=options.window, terms=found.terms, base=base, on_progress=told
+                simulators, parts, setting, noise=noise, window=_length(options), terms=found.terms, base=base, on_progress=told
             ),
         )
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
@@ -160,7 +173,7 @@ def _compared(simulators: Callable[[str], Any], parts: Parts, noise: Noise, opti
             told(k + done / max(total, 1), len(parts.training), what)
 
         simulator = simulators(recording.scenario or "")
-        found.append(compare_windows(simulator, recording, window=options.window, noise=noise, on_progress=here))
+        found.append(compare_windows(simulator, recording, window=_length(options), noise=noise, on_progress=here))
     return found
 
 
@@ -183,6 +196,7 @@ def _search(
     machine: Machine,
     parts: Parts,
     noise: Noise,
+    base: Sequence[Comparison],
     location: Location,
     kinds: Sequence[EffectKind],
     options: Options,
@@ -193,14 +207,18 @@ def _search(
     hypotheses = of_kind(candidates(machine, channels, kinds, location=location), only=options.only, without=options.without)
     scales = natural(machine, channels)
     evidence = gather(
-        simulators, parts.training, window=options.window, noise=noise, on_progress=lambda done, total, what: told(0.25 * done, total, what)
+        simulators,
+        parts.training,
+        window=_length(options),
+        noise=noise,
+        on_progress=lambda done, total, what: told(0.25 * done, total, what),
     )
     found = search(
         evidence,
         hypotheses,
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
-        tries=place_tries(hypotheses, scales, location),
+        tries={**place_tries(hypotheses, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
         on_progress=lambda what, share: told(0.25 + 0.65 * share, 1, what),
     )
     unknown = None

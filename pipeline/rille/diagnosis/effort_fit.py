@@ -1,9 +1,9 @@
-"""What a model lacks on recordings in which nothing pushed, seen in its efforts: a quick linear fit of the catalogue and of the model's numbers.
+"""What a model lacks where nothing pushed, seen in its efforts: a quick linear fit of the catalogue and of the model's numbers.
 
-Of every law and number that acts at once (nothing remembered, no place or moment to be found) the change of the residual effort per unit is
-taken at a sample of instants; the numbers that bring the residual efforts nearest to zero are those of a bounded, regularised least squares.
-Where laws do the same here they share it: this is no diagnosis, which names what is missing, but a model that follows the machine as well as
-it can before pushes are looked for.
+Of every law and number that acts at once (nothing remembered, no place or moment to be found) the change of the residual effort per unit
+is taken at a sample of instants; a bounded, regularised least squares brings the residual efforts nearest to zero. Where laws do the same
+they share it: this is no diagnosis, which names what is missing, but a model that follows the machine as well as it can before pushes are
+looked for.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,7 +50,7 @@ def fit_efforts(
 
     Parameters
     ----------
-    simulator : as ``rille.simulate.Replayer``. recordings : with their residual efforts in that simulator. hypotheses : as of ``candidates``.
+    simulator : as ``rille.simulate.Replayer``. recordings : with their residual efforts in it. hypotheses : as of ``candidates``.
     """
     columns = [(h, k) for h in hypotheses if acts_at_once(h) for k, n in enumerate(h.free) if n.amplitude]
     chosen = [recordings[k] for k in np.unique(np.linspace(0, len(recordings) - 1, MOST_RECORDINGS).round().astype(int))]

@@ -52,8 +52,8 @@ NUMBERS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Usual:
-    """What is usual in the calibration recordings. place (C,): spread of the positions. speed, applied (C,): half the percentile ``USUAL`` of their size. residual (C,): robust
-    size of the residual effort. wrong (C, k): root mean square of what one wrong number each does.
+    """What is usual in the calibration recordings. place (C,): spread of the positions. speed, applied (C,): half the percentile ``USUAL``
+    of their size. residual (C,): robust size of the residual effort. wrong (C, k): root mean square of what one wrong number each does.
     """
 
     place: Array
@@ -74,8 +74,8 @@ class EffortUncertainty:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:
-    """Instants of several recordings, of one coordinate. run (n,): which recording. places (n, d), speeds (n, C), effort (n, 1), side (n, 1),
-    wrong (n, k): scaled. unit : usual residual.
+    """Instants of several recordings, of one coordinate. run (n,): which recording. places (n, d), speeds (n, C), effort (n, 1),
+    side (n, 1), wrong (n, k): scaled. unit : usual residual.
     """
 
     run: NDArray[np.int64]

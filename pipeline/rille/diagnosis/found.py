@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rille.diagnosis.accept import beyond_noise
+from rille.diagnosis.accept import noise_of
 from rille.diagnosis.confound import Confounded, described, title_of, why_it_loses
 from rille.diagnosis.evidence import Evidence
 from rille.diagnosis.fit import Fitted, estimates
@@ -50,7 +50,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Standing:
-    """Alternatives, fitted and ranked on one Evidence. judge : of its base. Entry i of ``fitted`` is i + 1 of the scores."""
+    """Alternatives, fitted and ranked. judge : of the base, under its own starts. Entry i of ``fitted`` is i + 1 of the scores."""
 
     judge: Judge
     fitted: tuple[Fitted, ...]
@@ -60,7 +60,10 @@ class Standing:
 
 def leftover_share(before: Judge, after: Judge) -> float:
     """Share of the excess of one judge's base that another's leaves, chance set aside; NaN where there was no excess."""
-    return beyond_noise(after) / before.excess if before.excess > 0 else NAN
+    noise = noise_of(before, after.chi2, after.degrees)
+    excess = before.chi2 - noise * before.degrees
+    chance = 2.0 * noise * float(np.sqrt(2.0 * after.degrees))
+    return max(0.0, after.chi2 - noise * after.degrees - chance) / excess if excess > 0 else NAN
 
 
 def named_terms(numbers: Sequence[tuple[Estimate, ...]], setting: Setting, kinds: Mapping[str, EffectKind]) -> tuple[NamedTerm, ...]:
@@ -89,7 +92,8 @@ def ranked(
     probability = [0.0] * len(titles)
     for i, p in zip(judged, weight[:-1], strict=True):
         probability[i] = float(p)
-    excess = standing.judge.excess
+    lowest = min(standing.fitted, key=lambda one: one.chi2)
+    excess = standing.judge.chi2 - noise_of(standing.judge, lowest.chi2, lowest.degrees) * standing.judge.degrees
     found = []
     for i in order:
         one = standing.fitted[i - 1]
@@ -108,7 +112,9 @@ def ranked(
                 behind=float(scores.ahead[best, i]),
                 behind_error=float(scores.ahead_error[best, i]),
                 bic=float(scores.bic[i]),
-                loses_because=why_it_loses(i, best, scores, confounded, titles, standing.fitted, standing.judge.evidence.channels, flat),
+                loses_because=why_it_loses(
+                    i, best, scores, confounded, titles, standing.fitted, standing.judge.evidence.channels, excess, flat
+                ),
             )
         )
     return tuple(found), described(confounded, scores, titles, probability), min(1.0, none + float(weight[-1]))

@@ -42,7 +42,7 @@ def held_out_parts(recordings: Sequence[Recording], named: Sequence[Recording], 
     (recording,) = recordings
     if recording.kind == "points":
         return Parts(training=(recording,), held_out=(), how="")
-    first, last = _extent(recording)
+    first, last = extent(recording)
     at = last - SHARE * (last - first)
     if last - at < SHORTEST * window:
         return Parts(training=(recording,), held_out=(), how="")
@@ -63,7 +63,8 @@ def cut_in_time(recording: Recording, start: float, stop: float) -> Recording:
     return replace(recording, channels=tuple(part(channel) for channel in recording.channels))
 
 
-def _extent(recording: Recording) -> tuple[float, float]:
+def extent(recording: Recording) -> tuple[float, float]:
+    """First and last instant [s] that shows a state."""
     times = [c.time for c in recording.with_role("observed") if c.quantity in MOTION_QUANTITIES and len(c.time)]
     return (min(float(t[0]) for t in times), max(float(t[-1]) for t in times)) if times else (0.0, 0.0)
 

@@ -12,7 +12,7 @@ from rille.model.hypothesis import FreeNumber, Hypothesis
 from rille.model.machine import Machine
 
 LEAST = 0.02  # share of its value that a number that is doubted in proportion keeps at least
-MOST_SPREADS = 50.0  # a number that is this far off is another model
+MOST_SPREADS = 8.0  # a number that is this far off is another model, and would take the place of missing physics
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,9 +35,9 @@ class Scores:
     """Entry 0 is the base, then the settings in their order.
 
     gain (m,) [nats] : held-out log-likelihood above the base. ahead, ahead_error (m, m) : by how much i is ahead of j, with its error if i
-    is right. bic (m,) : chi2/kappa + k log n. alone (m,) : cannot be held out. chi2 (m,). moved (m,) : size of what it changes in the base's residuals. likeness (m, m) : correlation of what i and
-    j change in the base's residuals. kappa : over-dispersion. needed : standard errors that count, more with few windows. degrees.
-    channel_chi2 (m, channels). channel_count (channels,).
+    is right. bic (m,) : chi2/kappa + k log n. alone (m,) : cannot be held out. chi2 (m,), window_chi2 (m, W). moved (m,) : size of what it
+    changes in the base's residuals. likeness (m, m) : correlation of what i and j change. kappa : over-dispersion. needed : standard errors
+    that count, more with few windows. degrees. channel_chi2 (m, channels). channel_count (channels,).
     """
 
     gain: Array
@@ -61,7 +61,10 @@ class Scores:
 
 
 def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), judge: Judge | None = None) -> Scores:
-    """Compare fitted settings with the base (``on_top``, or that of ``judge``) and with each other."""
+    """Compare fitted settings with the base (``on_top``, or that of ``judge``) and with each other.
+
+    The settings may have been fitted under starts of their own, other than those of the judge, in the same windows.
+    """
     judge = judge or Judge(evidence, on_top)
     edges, fold = judge.metric.edges, folds(evidence.run)
     stack = np.empty((len(fitted) + 1, len(judge.base)), dtype=np.float32)
@@ -72,7 +75,8 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
     for i, one in enumerate(fitted, start=1):
         stack[i], alone[i] = held_out(one, edges, fold)
     best = int(np.argmin(chi2))
-    kappa = max(1.0, float(chi2[best]) / max(judge.floor * (judge.degrees - sizes[best]), 1.0)) * judge.floor
+    degrees = fitted[best - 1].degrees if best else judge.degrees
+    kappa = max(1.0, float(chi2[best]) / max(judge.floor * (degrees - sizes[best]), 1.0)) * judge.floor
     gram = np.stack([stack[:, a:b] @ stack[:, a:b].T for a, b in pairwise(edges.tolist())]).astype(float)
     own = np.diagonal(gram, axis1=1, axis2=2)
     total = np.sum(own, axis=0)

@@ -93,7 +93,7 @@ def residual_effort(
         raise InputRefused(f"recording '{recording.name}' is too short for residual efforts: {len(grid) * fine:.3g} s")
     before = BEFORE * resolution
     motion = [_motion(found, grid, fine, before) for found in series]
-    position, speed = (np.stack([m[k] for m in motion], axis=1) for k in (0, 1))
+    position, speed = np.stack([m[0] for m in motion], axis=1), np.stack([m[1] for m in motion], axis=1)
     whole = np.all([m[2] for m in motion], axis=0)
     states = _states(len(simulator.joints), coordinates, grid, position, speed)
     if on_progress:

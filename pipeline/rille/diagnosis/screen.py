@@ -25,6 +25,7 @@ SMALLEST = 1e-4  # of the residuals: a change should be this large at least
 LEAP, LEAPS = 25.0, 3  # factor on a step that is not felt at all, and how often that is tried
 STUBBORN, MINUTE = 0.5, 0.01  # share of a change that is still there after a smaller step, which is as small against the first one
 PROMISING = 0.01  # share of the excess that must be expected for a hypothesis to be run in all windows
+LITTLE = 0.05  # of the degrees of freedom, that count as excess at least: the noise may be overstated
 LEAST_DROP = 4.0  # of chi-squared, for the same
 KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
 CORRECTIONS = 3
@@ -37,7 +38,8 @@ SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in ter
 class Signature:
     """What one hypothesis does. values : its numbers where it explains most so far. drop : of chi-squared there. direction (N,) : whitened
     change of the residuals from the base to ``values``; zeros if it promised too little to be run in all windows. one_sided : the direction
-    may not be turned. tries : shapes that were tried. silent : changes nothing within its bounds.
+    may not be turned. linear : share of chi-squared that its signature promises, and where. tries : shapes that were tried. silent : changes
+    nothing within its bounds.
     """
 
     hypothesis: Hypothesis
@@ -45,6 +47,7 @@ class Signature:
     drop: float
     direction: Single
     one_sided: bool
+    linear: tuple[float, Values] | None
     tries: int
     silent: bool
 
@@ -60,9 +63,12 @@ class Screened:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Proposal:
-    """What some windows say of a hypothesis: values for each of the best shapes, with the share of the excess that they promise."""
+    """What some windows say of a hypothesis: values for each of the best shapes, with the share of chi-squared that they take away there;
+    linear : what the signatures promised, if anything.
+    """
 
     offers: tuple[tuple[float, Values], ...]
+    linear: tuple[float, Values] | None
     tries: int
     silent: bool
 
@@ -135,9 +141,9 @@ def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
 def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[_Proposal]:
     """Values at which the hypothesis explains most of these windows. Where the linear promise is not kept, the amplitude is scanned."""
     trials = yield from _felt_trials(judge, hypothesis, shapes)
-    least = max(LEAST_DROP, PROMISING * judge.excess)
-    offers = [offer for offer in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if offer[0] > least]
-    promised, beyond = (offers[0][0] if offers else 0.0), any(trial.weak or trial.jumps for trial in trials)
+    least = max(LEAST_DROP, PROMISING * max(judge.excess, LITTLE * judge.degrees))
+    linear = [offer for offer in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if offer[0] > least]
+    offers, promised, beyond = linear, linear[0][0] if linear else 0.0, any(trial.weak or trial.jumps for trial in trials)
     if offers:
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
         offers = _as_found(judge, blocks, [values for _, values in offers])
@@ -146,8 +152,8 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> 
         scanned = _scan(max(trials, key=lambda trial: trial.size), [values for _, values in offers[:1]])
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
         offers = sorted(offers + _as_found(judge, blocks, scanned), key=lambda offer: -offer[0])[:BEST_SHAPES]
-    shares = tuple((drop / judge.excess, values) for drop, values in offers if drop > least)
-    return _Proposal(offers=shares, tries=len(shapes), silent=not trials)
+    shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
+    return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
 
 
 def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tuple[float, Values]]:
@@ -174,7 +180,7 @@ def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquir
     amplitudes = [number for number in hypothesis.free if number.amplitude]
     values, drop, direction = hypothesis.at().numbers, 0.0, np.zeros(len(judge.base))
     asked = [dict(point) for _, point in proposal.offers]
-    promised = max((share for share, _ in proposal.offers), default=0.0) * judge.excess
+    promised = max((share for share, _ in proposal.offers), default=0.0) * judge.chi2
     for _ in range(CORRECTIONS if asked else 0):
         blocks = yield [(*judge.on_top, hypothesis.at(point)) for point in asked]
         drops = [judge.chi2 - float(block @ block) for block in blocks]
@@ -188,7 +194,7 @@ def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquir
         asked = [_along(amplitudes, asked[best], factor)]
     one_sided = all(n.lower >= n.absent or n.upper <= n.absent for n in amplitudes)
     return Signature(hypothesis=hypothesis, values=dict(values), drop=drop, direction=direction.astype(np.float32), one_sided=one_sided,
-                     tries=proposal.tries, silent=proposal.silent)  # fmt: skip
+                     linear=proposal.linear, tries=proposal.tries, silent=proposal.silent)  # fmt: skip
 
 
 def _felt_trials(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[list[_Trial]]:

@@ -7,9 +7,8 @@ looked at many (``accept.py``).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
-from rille.diagnosis.accept import LEAST_EXCESS, differs, is_accepted
+from rille.diagnosis.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted
 from rille.diagnosis.confound import groups
 from rille.diagnosis.evidence import Evidence
 from rille.diagnosis.fit import Fitted, estimates, fit_together
@@ -18,10 +17,11 @@ from rille.diagnosis.judge import Judge, Progress
 from rille.diagnosis.pairs import promising_pairs
 from rille.diagnosis.rank import rank
 from rille.diagnosis.screen import Screened, screen
+from rille.diagnosis.settle import State, own_fit, same, settle
 from rille.diagnosis.shape_tries import Tries
 from rille.model.diagnosis import Verdict
 from rille.model.effect import EffectKind
-from rille.model.hypothesis import Hypothesis, Setting, Term
+from rille.model.hypothesis import Hypothesis, Setting
 
 LEAST_WINDOWS = 4
 LEAST_DEGREES = 20.0
@@ -31,27 +31,9 @@ LITTLE = 0.02  # share of the excess that is left by a law of few numbers, below
 FEW_NUMBERS = 2
 PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
-RIVALS = 6  # of each accepted piece, that are fitted again
-SETTLINGS = 3  # rounds of taking starts anew and of changing one's mind
-WORSE = 1.2  # chi-squared per degree under newly taken starts, over that under the old ones, beyond which the old ones are kept
+CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
+BROKEN = 1.5  # promise over what the best fit keeps, for that
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
-
-
-@dataclass(slots=True)
-class _State:
-    """How far the search is. rivals : of each accepted piece the other terms for its place, best first."""
-
-    always: Setting
-    judge: Judge  # of what is accepted so far
-    pieces: list[Term] = field(default_factory=list)
-    rivals: list[list[Term]] = field(default_factory=list)
-    standing: Standing | None = None
-    replays: int = 0
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def setting(self) -> Setting:
-        return (*self.always, *self.pieces)
 
 
 def search(
@@ -74,43 +56,70 @@ def search(
     judge = Judge(evidence, always, floor=floor)
     if judge.metric.n_windows < LEAST_WINDOWS or judge.degrees < LEAST_DEGREES:
         note = f"{judge.metric.n_windows} windows with {judge.degrees:.0f} degrees of freedom are too few to hold any out; record longer"
-        return _answer(_State(always=always, judge=judge, notes=[note]), judge, kinds or {}, "cannot_know")
+        return _answer(State(always=always, first=judge, judge=judge, notes=[note]), kinds or {}, "cannot_know")
     if any(number for term in always for number in term.hypothesis.free):
         always = fit_together(judge, [[always]], on_progress=on_progress)[0].setting
         judge = Judge(evidence, always, floor=floor)
-    state = _State(always=always, judge=judge)
-    while len(state.pieces) < most and differs(state.judge) and state.judge.excess > LEAST_EXCESS * judge.excess:
-        if not _look(state, evidence, hypotheses, judge, most - len(state.pieces), tries, on_progress):
+    state = State(always=always, first=judge, judge=judge)
+    while len(state.pieces) < most and _worth_looking(state):
+        if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
             break
-    return _answer(state, judge, kinds or {}, _verdict(state, judge))
+    return _answer(state, kinds or {}, _verdict(state))
 
 
-def _look(state: _State, evidence: Evidence, hypotheses: Sequence[Hypothesis], first: Judge, most: int,
-          tries: Tries | None, on_progress: Progress | None) -> bool:  # fmt: skip
+def _worth_looking(state: State) -> bool:
+    """Whether enough is left that another piece could be accepted. The first look is always worth it: noise may be overstated."""
+    return not state.pieces or (differs(state.judge) and state.judge.excess > LEAST_EXCESS * state.first.excess)
+
+
+def _look(
+    state: State, evidence: Evidence, hypotheses: Sequence[Hypothesis], most: int, tries: Tries | None, on_progress: Progress | None
+) -> bool:
     """One more piece (or two) on top of what is accepted; whether any was."""
     judge = state.judge
-    remaining = [h for h in hypotheses if not any(_same(h, piece.hypothesis) for piece in state.pieces)]
+    remaining = [h for h in hypotheses if not any(same(h, piece.hypothesis) for piece in state.pieces)]
     screened, singles = _fitted_singles(judge, remaining, tries, on_progress)
-    if not singles:
-        state.notes.append("no hypothesis changes the recordings towards what was measured")
-        return False
-    pairs = _fitted_pairs(screened, judge.chi2 - min(one.chi2 for one in singles), on_progress) if most > 1 else []
+    pairs = _fitted_pairs(screened, judge.chi2 - min(one.chi2 for one in singles), on_progress) if singles and most > 1 else []
+    n, excess = screened.tries, state.first.excess
     scores = rank(judge.evidence, [*singles, *pairs], judge=judge)
-    if not state.pieces:
+    if not state.pieces and singles:
         alone = rank(judge.evidence, singles, judge=judge)
         state.standing = Standing(judge=judge, fitted=tuple(singles), scores=alone, confounded=groups(alone, singles, judge.metric.edges))
     order = sorted(range(1, len(singles) + 1), key=lambda i: -scores.gain[i])
-    single = order[0]
+    taken = singles[order[0] - 1] if order and is_accepted(scores, order[0], 0, judge, tries=n, excess=excess) else None
     pair = max(range(len(singles) + 1, len(singles) + len(pairs) + 1), key=lambda i: scores.gain[i], default=None)
-    n = screened.tries
-    taken = singles[single - 1].setting if is_accepted(scores, single, 0, judge, tries=n, excess=first.excess) else None
-    if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, excess=first.excess) for other in (single, 0)):
-        taken = pairs[pair - len(singles) - 1].setting
+    if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, excess=excess) for other in (order[0], 0)):
+        taken = pairs[pair - len(singles) - 1]
+    chances = _second_chances(state, evidence, screened, taken, on_progress)
+    if chances and (taken is None or chances[0].chi2 < taken.chi2) and state.accepts(chances[0], None, n):
+        taken = chances[0]
     if taken is None:
+        if not singles:
+            state.notes.append("no hypothesis changes the recordings towards what was measured")
         return False
-    rivals = [singles[i - 1].setting[-1] for i in order]
-    new = len(taken) - len(judge.on_top)
-    return _settle(state, evidence, taken, [*state.rivals, *[rivals] * new], first, n, on_progress)
+    rivals = [one.setting[-1] for one in chances] + [singles[i - 1].setting[-1] for i in order]
+    new = len(taken.setting) - len(judge.on_top)
+    return settle(state, evidence, taken, [*state.rivals, *[rivals] * new], n, on_progress)
+
+
+def _second_chances(
+    state: State, evidence: Evidence, screened: Screened, taken: Fitted | None, on_progress: Progress | None
+) -> list[Fitted]:
+    """Hypotheses whose signatures promise far more than they, or the best so far, keep: fitted under starts of their own, best first.
+
+    A wheel that should stand deeper bounces in every window that begins at the depth of the base model.
+    """
+    judge = state.judge
+    kept = judge.chi2 - taken.chi2 if taken is not None else 0.0
+    promising = sorted((s for s in screened.signatures if s.linear is not None), key=lambda s: -(s.linear or (0.0, {}))[0])
+    found = []
+    for s in promising[:CHANCES]:
+        share, values = s.linear or (0.0, {})
+        if share * judge.chi2 > BROKEN * max(kept, s.drop, LEAST_SHARE * judge.degrees):
+            if on_progress is not None:
+                on_progress("trying other starts", len(found) / CHANCES)
+            found.append(own_fit(evidence, (*judge.on_top, s.hypothesis.at(values)), state)[0])
+    return sorted(found, key=lambda one: one.chi2)
 
 
 def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries | None,
@@ -142,84 +151,9 @@ def _fitted_pairs(screened: Screened, best_drop: float, on_progress: Progress | 
     return fit_together(judge, starts, on_progress=on_progress) if starts else []
 
 
-def _settle(
-    state: _State, evidence: Evidence, taken: Setting, rivals: list[list[Term]], first: Judge, tries: int, on_progress: Progress | None
-) -> bool:
-    """Take the starts anew under the new setting, fit it and its alternatives again, and keep what stands; whether that is anything new."""
-    always = len(state.always)
-    standing = None
-    for _ in range(SETTLINGS):
-        linear = _relinearised(state, evidence, taken, on_progress)
-        base = Judge(linear, taken[:always], floor=first.floor)
-        full = _alternatives(taken, always, rivals)
-        less = [taken[:k] + taken[k + 1 :] for k in range(always, len(taken))] if len(taken) - always > 1 else []
-        fitted = fit_together(base, [[setting] for setting in (*full, *less)], on_progress=on_progress)
-        kept, shorter = fitted[: len(full)], fitted[len(full) :]
-        scores = rank(linear, kept, judge=base)
-        standing = Standing(judge=base, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, base.metric.edges))
-        state.replays += base.replays
-        winner = kept[standing.confounded.order[0] - 1]
-        if shorter:
-            against = rank(linear, [winner, *shorter], judge=base)
-            needless = [k for k in range(len(shorter)) if not is_accepted(against, 1, 2 + k, base, tries=tries, excess=first.excess)]
-            if needless:
-                k = min(needless, key=lambda k: against.ahead[1, 2 + k])
-                taken, rivals = shorter[k].setting, rivals[:k] + rivals[k + 1 :]
-                if _same_pieces(taken, state.setting):
-                    return False
-                continue
-        settled = _same_pieces(winner.setting, taken)
-        taken = winner.setting
-        if settled:
-            break
-    if standing is None or _same_pieces(taken, state.setting):
-        return False
-    state.pieces, state.rivals, state.standing = list(taken[always:]), rivals, standing
-    state.replays += state.judge.replays
-    state.judge = Judge(standing.judge.evidence, taken, floor=first.floor)
-    return True
-
-
-def _relinearised(state: _State, evidence: Evidence, taken: Setting, on_progress: Progress | None) -> Evidence:
-    """The evidence with starts fitted under a setting; as it was, if that explains less."""
-    if on_progress is not None:
-        on_progress("fitting the starts of windows again", 0.0)
-    before, linear = state.judge.evidence, evidence.relinearised(taken)
-    old, new = (Judge(one, taken, floor=state.judge.floor) for one in (before, linear))
-    state.replays += 2
-    if new.chi2 / new.degrees > WORSE * old.chi2 / old.degrees:
-        state.notes.append("starts fitted under the new model explain less than those before; the latter are kept")
-        return before
-    return linear
-
-
-def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
-    """The setting itself, and each of its pieces against its rivals; also against simpler ones of its target, whosever rivals they were."""
-    found = [taken]
-    most = RIVALS if len(rivals) == 1 else RIVALS // 2
-    for k, own in enumerate(rivals, start=always):
-        piece = taken[k].hypothesis
-        others = [term for term in own if not _same(term.hypothesis, piece)][:most]
-        others += [t for each in rivals for t in each if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)]
-        for term in others:
-            setting = (*taken[:k], term, *taken[k + 1 :])
-            if not any(_same(term.hypothesis, t.hypothesis) for t in taken) and not any(_same_pieces(setting, one) for one in found):
-                found.append(setting)
-    return found
-
-
-def _same(one: Hypothesis, other: Hypothesis) -> bool:
-    return (one.cause, one.kind, one.target) == (other.cause, other.kind, other.target)
-
-
-def _same_pieces(one: Setting, other: Setting) -> bool:
-    return {(t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target) for t in one} == {
-        (t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target) for t in other
-    }
-
-
-def _verdict(state: _State, first: Judge) -> Verdict:
+def _verdict(state: State) -> Verdict:
     """Of the whole search."""
+    first = state.first
     if state.pieces and state.standing is not None:
         return verdict_of(state.standing, tuple(state.pieces), leftover_share(first, state.judge))
     if not differs(first):
@@ -235,12 +169,12 @@ def _verdict(state: _State, first: Judge) -> Verdict:
     return "cannot_know" if undecided else "unknown"
 
 
-def _answer(state: _State, first: Judge, kinds: Mapping[str, EffectKind], verdict: Verdict) -> Found:
+def _answer(state: State, kinds: Mapping[str, EffectKind], verdict: Verdict) -> Found:
+    first, always = state.first, len(state.always)
     leftover = leftover_share(first, state.judge)
-    always = len(state.always)
     rows, grouped, none = ranked(state.standing, always, leftover, kinds) if state.standing else ((), (), 1.0)
     best = state.standing.fitted[state.standing.confounded.order[0] - 1] if state.standing and state.pieces else None
-    numbers = estimates(best, state.judge.metric.edges)[always:] if best else ()
+    numbers = estimates(best, first.metric.edges)[always:] if best else ()
     return Found(
         verdict=verdict,
         setting=state.setting,

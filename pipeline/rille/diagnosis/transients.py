@@ -7,7 +7,6 @@ none is beyond what recordings in which nothing pushed show.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,7 @@ REACH = 3.0  # widths around a bell in which it must stand out of the effort its
 LEAST_SCORE = 3.5  # whatever calibration says
 LEAST_HEIGHT = 2.5  # usual residual efforts (1 sigma): the model is wrong by less every day
 QUIET = 2.0  # score of a recording in which nothing stands out
-FALSE_ALARMS = 0.02  # per recording that are accepted
+FALSE_ALARMS = 0.04  # per recording that are accepted
 MOST = 30  # pushes in one group of recordings
 MOST_INSTANTS = 3000  # judged together
 FULL_WIDTH = float(np.sqrt(2 * np.pi))  # a rectangle of the same height and area is so many widths long
