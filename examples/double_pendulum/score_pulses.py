@@ -78,7 +78,7 @@ def matched(pulses: Sequence[Pulse], found: Sequence[Transient]) -> list[tuple[P
         (abs(p.peak_time - f.peak_time), p, f)
         for p in pulses
         for f in found
-        if p.recording == f.recording and p.joint == f.target and p.amplitude * f.amplitude > 0 and abs(p.peak_time - f.peak_time) <= NEAR
+        if (p.recording, p.joint) == (f.recording, f.target) and p.amplitude * f.amplitude > 0 and abs(p.peak_time - f.peak_time) <= NEAR
     ]
     taken: list[tuple[Pulse, Transient]] = []
     for _, p, f in sorted(pairs, key=lambda row: row[0]):
@@ -110,9 +110,8 @@ def main() -> None:
     if pairs:
         late = np.array([f.peak_time - p.peak_time for p, f in pairs])
         ratio = np.array([f.amplitude / p.amplitude for p, f in pairs])
-        print(
-            f"peak time {late.mean():+.3f} +- {late.std():.3f} s; amplitude over truth {np.median(ratio):.2f} ({ratio.min():.2f}-{ratio.max():.2f})"
-        )
+        print(f"peak time off by {late.mean():+.3f} +- {late.std():.3f} s")
+        print(f"amplitude over truth {np.median(ratio):.2f} ({ratio.min():.2f} to {ratio.max():.2f})")
 
 
 if __name__ == "__main__":

@@ -1,24 +1,23 @@
-"""Short pushes at the joints of a pendulum whose model lacks friction: found, told from the model's errors, and none where there is none."""
+"""Short pushes at the joints of a pendulum whose model lacks friction: found, told from the model's errors, none where there is none."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from recorded import commanded, record
 from rille import simulate, store
 from rille.diagnosis.effort_uncertainty import NUMBERS, covariance, points_of, usual_of
 from rille.diagnosis.pushes import calibrate_pushes, find_pushes
 from rille.diagnosis.residual_effort import residual_effort
 from rille.model import Effect, InputRefused
-from swung import model, recorded, sensors
+from swung import model, sensors
 
 PLANTED = {  # recording -> joint, peak time [s], length [s], torque [N m]
     "pushed/1": [("hinge1", 1.6, 0.2, 0.5), ("hinge2", 4.2, 0.2, -0.25)],
-    "pushed/2": [("hinge2", 2.2, 0.15, 0.25), ("hinge1", 6.3, 0.3, -0.5)],
+    "pushed/2": [("hinge2", 2.2, 0.15, 0.25), ("hinge1", 3.9, 0.3, -0.5)],
 }
+DURATION = 5.0  # [s]
 MISSING = (
     Effect(kind="coulomb_friction", target="hinge1", parameters={"torque": 0.03}),
     Effect(kind="viscous_friction", target="hinge2", parameters={"coefficient": 0.004}),
@@ -28,8 +27,9 @@ WITHOUT_TORQUES = [c for c in sensors() if c.quantity != "joint.effort"]
 
 def run_of(make_model, name, seed, effects):
     """A recording of the true machine; base model and recording share commands."""
-    path, scenario = model(make_model, seed, effects)
-    return replace(recorded(path, scenario, seed, WITHOUT_TORQUES), name=name)
+    path, scenario = model(make_model, seed, effects, DURATION)
+    run = record(path, WITHOUT_TORQUES, duration=DURATION, rate=450, seed=seed, jitter=3e-4, gaps=[(2.9, 3.3)])
+    return replace(commanded(run, scenario), name=name)
 
 
 def pulses(rows):
@@ -47,7 +47,7 @@ def kinds():
 
 def test_planted_pushes_are_found_and_no_others(make_model, kinds):
     """Learned from four clean runs of two days; 0.5 and 0.25 N m stand beside commands of up to 2 and 0.6 N m and friction that the model
-    lacks. Peak within 0.1 s, amplitude within a quarter (edges of a rectangle are no bell).
+    lacks. Peak within 0.1 s, amplitude within a third (a rectangle is no bell).
     """
     simulator = simulate.Replayer(model(make_model, 0)[0])
     clean = [run_of(make_model, f"day{d}/{k}", 10 * d + k, MISSING) for d in (1, 2) for k in (1, 2)]
@@ -59,7 +59,7 @@ def test_planted_pushes_are_found_and_no_others(make_model, kinds):
     assert [(f.recording, f.target) for f in sorted(found, key=lambda f: (f.recording, f.target))] == [(n, j) for n, j, *_ in expected]
     for f, (_, _, peak, length, torque) in zip(sorted(found, key=lambda f: (f.recording, f.target)), expected, strict=True):
         assert f.peak_time == pytest.approx(peak, abs=0.1)
-        assert f.amplitude == pytest.approx(torque, rel=0.25)
+        assert f.amplitude == pytest.approx(torque, rel=0.34)
         assert f.duration == pytest.approx(length, rel=0.6)
         assert f.start < peak < f.start + f.duration
         assert f.probability > 0.9
@@ -67,15 +67,15 @@ def test_planted_pushes_are_found_and_no_others(make_model, kinds):
 
 
 def test_residual_effort_is_what_no_command_gave(make_model):
-    """A push of 0.5 N m for 0.3 s on a model that is otherwise right: its height within 10 %, and nothing beside it but noise."""
+    """A push of 0.5 N m for 0.3 s on a model that is otherwise right: its height within 10 %, and only noise before it."""
     simulator = simulate.Replayer(model(make_model, 3)[0])
     effort = residual_effort(simulator, run_of(make_model, "one", 3, pulses([("hinge1", 2.0, 0.3, 0.5)])))
     at = np.abs(effort.time - 2.0) < 0.06
-    far = np.abs(effort.time - 2.0) > 0.4
+    before = effort.time < 1.0
     assert effort.coordinates == ("hinge1", "hinge2")
     assert effort.value[at, 0].mean() == pytest.approx(0.5, rel=0.1)
     assert np.abs(effort.value[at, 1].mean()) < 0.05
-    assert np.sqrt(np.mean(effort.value[far] ** 2, axis=0)) == pytest.approx([0, 0], abs=0.06)
+    assert np.sqrt(np.mean(effort.value[before] ** 2, axis=0)) == pytest.approx([0, 0], abs=0.03)
     assert not np.any((effort.time > 2.9) & (effort.time < 3.3))  # the gap
 
 

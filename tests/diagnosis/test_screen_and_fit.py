@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from toy_evidence import catalogue, effect, named, number, recorded
 
 from rille.diagnosis.fit import estimates, fit
 from rille.diagnosis.judge import Judge
 from rille.diagnosis.screen import screen
 from rille.diagnosis.shape_tries import shape_tries
 from rille.model.hypothesis import Setting
+from toy_evidence import catalogue, effect, named, number, recorded
 
 
 def first_of(screened):

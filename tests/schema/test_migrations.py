@@ -157,7 +157,8 @@ VALUES (1, 'hinge', 'hinge', NULL, 1, 0, 0, 0, 0, 1, 0);
 INSERT INTO effect_kind (id, name, family, target, passive, channel, equation, meaning, source)
 VALUES (70, 'coulomb_friction', 'drive', 'joint', 1, 'c', 'e', 'm', 's'), (71, 'motor_lag', 'drive', 'joint', 1, 'c', 'e', 'm', 's');
 INSERT INTO effect_parameter VALUES (70, 'torque', 'N m', 1, 0, 1000, 0.5, 0.5, 'size');
-INSERT INTO effect (id, effect_kind_id, target, parameters) VALUES (5, 71, 'hinge', '{"time_constant": 0.1}'), (6, 70, '*', '{"torque": 2}');
+INSERT INTO effect (id, effect_kind_id, target, parameters)
+VALUES (5, 71, 'hinge', '{"time_constant": 0.1}'), (6, 70, '*', '{"torque": 2}');
 INSERT INTO recording (id, name) VALUES (3, 'drive');
 INSERT INTO finding (id, recording_id, verdict, target, detail)
 VALUES (1, 3, 'coulomb_friction', 'hinge', '{}'), (2, NULL, 'nothing_missing', '', '[1]'), (4, 3, 'mass', '', '{}');
@@ -181,9 +182,6 @@ def test_what_a_version_5_database_holds_is_kept(tmp_path):
         assert connection.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
         rows = connection.execute("SELECT memory, needs FROM effect_kind WHERE id IN (70, 71) ORDER BY id").fetchall()
         assert rows == [(0, ""), (1, "drive")]
-            (0, ""),
-            (1, "drive"),
-        ]
         assert connection.execute("SELECT name, verdict, target, recordings, detail FROM finding ORDER BY id").fetchall() == [
             ("diagnosis-1", "named", "coulomb_friction of hinge", '["drive"]', "{}"),
             ("diagnosis-2", "nothing_missing", "", "[]", "[1]"),

@@ -98,7 +98,7 @@ def why_it_loses(
         return ""
     if confounded.needless[i] >= 0:
         simpler = confounded.needless[i]
-        more = fitted[i - 1].count - fitted[simpler - 1].count
+        more = len(fitted[i - 1].unknowns) - len(fitted[simpler - 1].unknowns)
         return f"it explains no more than {titles[simpler]} with {more} number{'s' if more > 1 else ''} more"
     if confounded.number[i] == confounded.number[best]:
         return f"it is {_behind(scores, best, i)}: that is not enough to tell it from {titles[best]}"
@@ -135,23 +135,18 @@ def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> boo
     )
     if parameters:
         return one.count <= other.count
-    return one.count < other.count and scores.likeness[i, j] > SAME and _targets(one, other) == _targets(other, one)
+    return len(one.unknowns) < len(other.unknowns) and scores.likeness[i, j] > SAME and _targets(one, other) == _targets(other, one)
 
 
 def _vanishing(one: Fitted, numbers: Sequence[Sequence[Estimate]], moved: float) -> list[bool]:
-    """Of each term, whether an amplitude is not told from absence by twice its interval, and is little within it: it changes little
-    (against ``moved``), and is small against another number in its unit.
-    """
+    """Of each term, whether an amplitude is not told from absence by twice its interval, and changes little (against ``moved``) in it."""
     found = [False] * len(one.setting)
     for k, unknown in enumerate(one.unknowns):
-        own = one.setting[unknown.term].hypothesis
-        e = numbers[unknown.term][[n.name for n in own.free].index(unknown.number.name)]
-        absent, reach = unknown.number.absent, float(np.linalg.norm(one.jacobian[k])) * max(e.high - e.value, e.value - e.low)
-        others = [
-            abs(o.value) for o, n in zip(numbers[unknown.term], own.free, strict=True) if o.unit == e.unit and n.amplitude and o is not e
-        ]
-        small = 0 < reach < LITTLE * moved and all(max(abs(e.high), abs(e.low)) < LITTLE * other for other in others)
-        if unknown.number.amplitude and 2 * e.low - e.value <= absent <= 2 * e.high - e.value and small:
+        names = [number.name for number in one.setting[unknown.term].hypothesis.free]
+        e = numbers[unknown.term][names.index(unknown.number.name)]
+        reach = float(np.linalg.norm(one.jacobian[k])) * max(e.high - e.value, e.value - e.low)
+        untold = 2 * e.low - e.value <= unknown.number.absent <= 2 * e.high - e.value
+        if unknown.number.amplitude and untold and reach < LITTLE * moved:
             found[unknown.term] = True
     return found
 
@@ -159,7 +154,7 @@ def _vanishing(one: Fitted, numbers: Sequence[Sequence[Estimate]], moved: float)
 def _is_needless(i: int, j: int, scores: Scores, fitted: Sequence[Fitted], vanishing: Sequence[bool]) -> bool:
     """Whether i is j with numbers more that explain nothing."""
     one, other = fitted[i - 1], fitted[j - 1]
-    if one.count <= other.count or not scores.likeness[i, j] > SAME or scores.clearly_ahead(i, j, TIED):
+    if len(one.unknowns) <= len(other.unknowns) or not scores.likeness[i, j] > SAME or scores.clearly_ahead(i, j, TIED):
         return False
     mine = _different(one.setting, other.setting)
     if not _different(other.setting, one.setting):

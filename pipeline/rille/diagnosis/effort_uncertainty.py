@@ -235,8 +235,8 @@ def calibrate(
 
     Parameters
     ----------
-    groups : recordings that were made together (one session of the machine) each; what is common to all recordings of a group but not to all
-        groups is what a new group will differ by.
+    groups : recordings that were made together (one session of the machine) each; what the recordings of one have in common, but not all
+        groups, is what a new group will differ by.
     """
     everything = [e for group in groups for e in group]
     usual = usual_of(everything)
@@ -250,7 +250,7 @@ def calibrate(
 
 
 def _few(p: Points, shift: int) -> Points:
-    """Evenly spread instants, at least three resolutions apart where there are many."""
+    """Evenly spread instants."""
     every = max(1, round(len(p.time) / MOST_POINTS))
     return p.some(np.arange(shift % every, len(p.time), every))
 

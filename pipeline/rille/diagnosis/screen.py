@@ -38,8 +38,8 @@ SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in ter
 class Signature:
     """What one hypothesis does. values : its numbers where it explains most so far. drop : of chi-squared there. direction (N,) : whitened
     change of the residuals from the base to ``values``; zeros if it promised too little to be run in all windows. one_sided : the direction
-    may not be turned. linear : share of chi-squared that its signature promises, and where. tries : shapes that were tried. silent : changes
-    nothing within its bounds.
+    may not be turned. linear : share of chi-squared that its signature promises, and where. tries : shapes that were tried. silent : it
+    changes nothing within its bounds.
     """
 
     hypothesis: Hypothesis

@@ -122,7 +122,7 @@ def settle(
 
 
 def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], count: int) -> list[Fitted]:
-    """The fits, those of rivals within reach (of the first ``count``, which begin with the best) and of shorter settings under own starts."""
+    """The fits; those of rivals within reach (of the first ``count``, the best leading) and of shorter settings under own starts."""
     drop = state.first.chi2 - fitted[0].chi2
     order = sorted(range(1, count), key=lambda i: fitted[i].chi2)
     reach = [i for i in order if state.first.chi2 - fitted[i].chi2 > WITHIN_REACH * drop][:OWN]
@@ -134,7 +134,7 @@ def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], co
 
 
 def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
-    """The setting itself, and each of its pieces against its rivals and against simpler ones of its target, whosever rivals they were."""
+    """The setting itself, and each of its pieces against its rivals and simpler ones of its target, whosever rivals they were."""
     found = [taken]
     most = RIVALS if len(rivals) == 1 else RIVALS // 2
     for k, own in enumerate(rivals, start=always):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import expit, logsumexp
+from scipy.special import expit
 
 from rille.diagnosis.evidence import Array
 
@@ -59,7 +59,7 @@ def probabilities(behind: Array, behind_error: Array, leftover: float, constants
     if not len(behind):
         return np.empty(0), 1.0
     scores = -evidence_against(np.maximum(behind, 0.0), behind_error) / constants.temperature
-    return (1.0 - none) * np.exp(scores - logsumexp(scores)), none
+    return (1.0 - none) * np.exp(scores - np.logaddexp.reduce(scores)), none
 
 
 def calibrated(trials: Sequence[Trial], source: str) -> Calibration:

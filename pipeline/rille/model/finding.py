@@ -9,8 +9,8 @@ from typing import Any
 class Finding:
     """A diagnosis as it is kept.
 
-    name : "diagnosis-1", given by the database. created : UTC, ISO 8601. verdict : as of ``model.diagnosis.VERDICTS``. target : name of what
-    was named ('' if nothing was). probability : calibrated, None if none was stated. sentence : the answer.
+    name : "diagnosis-1", given by the database. created : UTC, ISO 8601. verdict : as of ``model.diagnosis.VERDICTS``. target : name of
+    what was named ('' if nothing was). probability : calibrated, None if none was stated. sentence : the answer.
     recordings, held_out : names. setting : what ``rille apply`` puts into the model; detail : the whole diagnosis; both plain JSON values.
     """
 
