@@ -151,8 +151,12 @@ def test_a_hole_in_the_terrain_is_a_sentence_at_the_start_and_an_outcome_on_the_
 
 
 def test_an_effect_that_this_solver_does_not_have_is_refused_not_ignored(model):
-    change(model, "INSERT INTO effect_kind VALUES (999, 'magic', 'body', 'body', 1, 'part.position', 'x', 'x', 'x')")
-    change(model, "INSERT INTO effect_parameter VALUES (999, 'size', '1', 1, 0, 1, 1, 1, 'x')")
+    change(
+        model,
+        "INSERT INTO effect_kind (id, name, family, target, needs, memory, passive, channel, equation, meaning, source) "
+        "VALUES (999, 'magic', 'body', 'body', '', 0, 1, 'part.position', 'x', 'x', 'x')",
+    )
+    change(model, "INSERT INTO effect_parameter VALUES (999, 'size', '1', 1, 'local', 0, 1, 1, 1, 'x')")
     assert solver("run", model, "--duration", "0.1").returncode == 0  # a catalogue entry alone changes nothing
     change(model, "INSERT INTO effect VALUES (1, 999, 'chassis', '{\"size\": 1}')")
     done = solver("run", model, "--duration", "0.1")
