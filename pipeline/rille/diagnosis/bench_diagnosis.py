@@ -30,6 +30,8 @@ PREDICTS = 2.0  # RMS [noise] of what was left out, up to which a soil explains 
 DOUBTS = ("error", "warning")
 MOST_DOUBTS = 12
 
+ONE_SLIP = 0.05  # range of slip ratios below which they were one
+
 
 def diagnose_bench(
     rigs: Sequence[BenchRig],
@@ -238,6 +240,11 @@ def _limits(evidence: BenchEvidence, rigs: Sequence[BenchRig], kinds: Sequence[E
     if np.ptp(np.log(loads)) < np.log(1.5):
         found.append(
             f"the load was {loads.min():.3g} to {loads.max():.3g} N only, so that cohesion and friction of the soil cannot be told apart"
+        )
+    slips = np.concatenate([points.slip_ratio for points in evidence.points])
+    if np.ptp(slips) < ONE_SLIP:
+        found.append(
+            f"all points have one slip, {np.median(slips):.2g}: what grows with slip cannot be told from the rest; record a sweep of slip"
         )
     if not any(part.response == "drive_torque" for part in evidence.parts):
         found.append("no torque was measured, so that shear strength and shear modulus of the soil are weakly known")
