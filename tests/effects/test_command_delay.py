@@ -13,3 +13,11 @@ def test_speed_steps_after_the_delay(make_model):
     t = 1e-3 * np.arange(1, 1001)
     assert np.abs(w[t < 0.3365]).max() == 0
     assert w[t > 0.3385] == pytest.approx(1.5, rel=1e-6)
+
+
+def test_a_delay_that_is_no_whole_number_of_steps_shortens_the_pull_by_itself(make_model):
+    """I w = tau (t - delay) for any delay: an effort that sets in within a step acts by its mean over that step."""
+    for delay in (0.0003, 0.0137, 0.1372):
+        path = make_model(flywheel(2.0, "torque"), commanded(3.0), None, [Effect(kind="command_delay", parameters={"delay": delay})])
+        w = sample(path, 1000, ("joint.velocity", "hub"), every=1000)[0, 0]
+        assert w == pytest.approx(1.5 * (1 - delay), rel=1e-9)

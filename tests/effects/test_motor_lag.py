@@ -16,7 +16,7 @@ def test_speed_approaches_its_set_value_exponentially(make_model):
 
 
 def test_a_torque_command_lags_too(make_model):
-    """I w = tau (t - T (1 - exp(-t/T))); the sum over steps is first order, h/T = 3e-3."""
+    """I w = tau (t - T (1 - exp(-t/T))): the effort of a step is its mean over the step, so that only rounding remains."""
     path = make_model(flywheel(2.0, "torque"), commanded(3.0), None, [Effect(kind="motor_lag", parameters={"time_constant": 0.3})])
     w = sample(path, 1000, ("joint.velocity", "hub"), every=1000)[0, 0]
-    assert w == pytest.approx(1.5 * (1 - 0.3 * (1 - np.exp(-1 / 0.3))), rel=3e-3)
+    assert w == pytest.approx(1.5 * (1 - 0.3 * (1 - np.exp(-1 / 0.3))), rel=1e-9)

@@ -136,6 +136,16 @@ def test_a_model_without_memory_shows_the_same_either_way(make_model):
     assert carried == pytest.approx(alone, abs=1e-9 * np.ptp(truth))
 
 
+def test_a_sample_at_the_end_of_a_short_last_window_is_shown(make_model):
+    """A recording ends where it ends: its last window is shorter than the others, and its last sample stands at the stop."""
+    replayer, states, stops, picks, truth = run(arm(make_model, LAG), observed=angle())
+    window, time = picks[0]
+    kept = (window < 7) | (time <= stops[7] - 0.06 + 1e-9)
+    shorter = np.append(stops[:7], stops[7] - 0.06)
+    found = replayer.predict(states[None], shorter, [angle()], [(window[kept], time[kept])])[0][0]
+    assert found == pytest.approx(truth[kept], abs=1e-7 * np.ptp(truth))
+
+
 def test_a_window_after_a_run_that_ended_begins_at_rest(make_model):
     """The second window leaves the terrain, the third is sound; the ended one is filled with NaN from there on."""
     path = rig_model(make_model, DIG, slip=0.2)

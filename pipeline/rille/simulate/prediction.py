@@ -42,7 +42,7 @@ def predicted(
     reader = observer(channels)
     k, n_windows = motions[0].shape[:2]
     starts = motions[0][0, :, 0]
-    n_steps = np.maximum(1, np.ceil((stops - starts) / step - 1e-6).astype(np.int64))
+    n_steps = 1 + np.maximum(1, np.ceil((stops - starts) / step - 1e-6).astype(np.int64))  # interpolation looks at both sides of a sample
     answers = [np.full((len(models), k, len(time)), np.nan) for _, time in picks]
     if not reader.needs or not n_windows:
         return answers

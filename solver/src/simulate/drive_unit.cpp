@@ -20,7 +20,7 @@ void DriveUnit::start(double position) {
   motor_angle_ = position;
   motor_speed_ = integral_ = 0;
   lag_started_ = false;
-  if (drive_->mode == DriveMode::position) set_value_ = lagged_ = position;
+  if (drive_->mode == DriveMode::position) set_value_ = mean_set_value_ = lagged_ = position;
 }
 
 double DriveUnit::set_speed(double value, double position, double h, bool hold) const {
@@ -35,13 +35,15 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
   first_row_ = -1;
   n_rows_ = 0;
   given_effort_ = 0;
-  double value = set_value_;
-  if (line_.lag > 0) {
+  value_ = mean_set_value_;
+  if (line_.lag > 0) {  // exact for a command that is constant over the step; a servo heeds its end, an effort acts by its mean
     if (!lag_started_ && drive_->mode == DriveMode::position) lagged_ = set_value_;
     lag_started_ = true;
-    lagged_ += -std::expm1(-h / line_.lag) * (set_value_ - lagged_);
-    value = lagged_;
+    const double nearer = -std::expm1(-h / line_.lag), ahead = mean_set_value_ - lagged_;
+    lagged_ += nearer * ahead;
+    value_ = drive_->mode == DriveMode::torque ? mean_set_value_ - line_.lag / h * nearer * ahead : lagged_;
   }
+  double value = value_;
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
   if (line_.compliance > 0 || line_.gap > 0) {
     open_transmission(mechanism, h, hold, value, rows);
@@ -145,7 +147,7 @@ void DriveUnit::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, d
   if (line_.compliance > 0 || line_.gap > 0) {
     if (drive_->mode == DriveMode::torque && motor_share_ > 0) {
       // Momentum of the rotor with the torque that really went through.
-      const double torque = std::clamp(line_.lag > 0 ? lagged_ : set_value_, -largest_effort(), largest_effort());
+      const double torque = std::clamp(value_, -largest_effort(), largest_effort());
       motor_speed_ += h / std::max(line_.rotor_inertia, 1e-9) * (torque - effort_);
       motor_angle_ += h * motor_speed_;
     } else {

@@ -22,8 +22,13 @@ class DriveUnit {
   // joint_effects: of the joint that it moves.
   DriveUnit(const Drive& drive, int dof, const JointEffects& joint_effects);
 
-  void set(double value) { set_value_ = value; }
-  double set_value() const { return set_value_; }
+  // A step begins: what was commanded before holds on.
+  void begin_step() { mean_set_value_ = set_value_; }
+  // A command that acts for this share of the step, from some instant to the end of it.
+  void set(double value, double share = 1) {
+    mean_set_value_ += share * (value - set_value_);
+    set_value_ = value;
+  }
   // The motor angle starts where the joint stands.
   void start(double position);
 
@@ -45,7 +50,7 @@ class DriveUnit {
   const Drive& drive() const { return *drive_; }
   void clear_work() { work_ = 0; }
   void visit(Archive& archive) {
-    archive(set_value_, lagged_, integral_, motor_angle_, motor_speed_, effort_, work_, saturated_for_, sides_, lag_started_);
+    archive(set_value_, mean_set_value_, lagged_, integral_, motor_angle_, motor_speed_, effort_, work_, saturated_for_, sides_, lag_started_);
   }
 
  private:
@@ -57,7 +62,8 @@ class DriveUnit {
   const Drive* drive_;
   int dof_;
   DriveLine line_;
-  double set_value_ = 0;      // [rad/s, rad or N m] as commanded
+  double set_value_ = 0;      // [rad/s, rad or N m] as commanded last
+  double mean_set_value_ = 0; // over the step: the motion is continuous in the time of a command
   double lagged_ = 0;         // the same behind the motor's lag
   bool lag_started_ = false;
   double integral_ = 0;       // [rad or m] integrated speed error
@@ -69,6 +75,7 @@ class DriveUnit {
   std::array<RowSide, 3> sides_ = {};
   int first_row_ = -1;        // -1: none in this step
   int n_rows_ = 0;
+  double value_ = 0;          // mean of the set value over the step, behind the lag
   double given_effort_ = 0;   // without rows
   double free_motor_speed_ = 0, motor_share_ = 0;  // speed of the rotor = free + share x speed of the joint
   double target_speed_ = 0;   // [rad/s] of the PI controller

@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 constexpr double kRigidity = 1e7;
 constexpr double kLimitReturnSpeed = 1.0;  // [rad/s or m/s] largest speed at which a violated limit is restored
 constexpr double kSaturationTime = 0.5;    // [s] a drive at its limit for so long is worth an event; starting up is not
+constexpr double kSameInstant = 1e-6;       // [steps] commands that are nearer to the beginning of a step belong to it
 constexpr double kRestSpeed = 1e-4;        // [m/s, rad/s] slower than this everywhere ...
 constexpr double kRestTime = 0.1;          // [s] ... for so long counts as settled: where a bounce turns, all is slow for a moment
 constexpr double kLargestSpeed = 1e6;      // [m/s, rad/s] beyond this a state counts as diverged
@@ -70,7 +71,7 @@ Simulation::Simulation(Model model)
   }
   // A position drive that was not commanded yet holds where it stands.
   for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
-  read_commands();
+  read_commands(0);
   mechanism_.update_kinematics();
   for (std::size_t b = 0; b < rover.bodies.size(); ++b)
     for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
@@ -114,12 +115,16 @@ void Simulation::place() {
                                 .angular_velocity = scenario.start_angular_velocity});
 }
 
-void Simulation::read_commands() {
+void Simulation::read_commands(double h) {
   const auto& commands = model_->scenario.commands;
-  // Half a step of tolerance, so that a command at k h acts in step k whatever the rounding of k h.
-  const double now = time() + 0.5 * model_->scenario.step;
-  for (; next_command_ < commands.size() && commands[next_command_].time <= now; ++next_command_)
-    drives_[at(commands[next_command_].drive)].set(commands[next_command_].value);
+  const double rounding = kSameInstant * model_->scenario.step;  // a command at k h acts from step k on, whatever the rounding of k h
+  for (DriveUnit& drive : drives_) drive.begin_step();
+  for (; next_command_ < commands.size(); ++next_command_) {
+    const Command& command = commands[next_command_];
+    const double since = command.time - time();
+    if (since > h - rounding && since > rounding) break;
+    drives_[at(command.drive)].set(command.value, since > rounding ? 1 - since / h : 1);
+  }
 }
 
 bool Simulation::open_drive_rows(double h) {
@@ -481,7 +486,7 @@ Outcome Simulation::settle(const std::function<bool()>& keep_going) {
 
 Outcome Simulation::step(bool report) {
   if (outcome_ != Outcome::running) return outcome_;
-  read_commands();
+  read_commands(model_->scenario.step);
   return advance(false, report);
 }
 
@@ -578,7 +583,7 @@ void Simulation::start_at(double time, const MechanismState& motion) {
   steps_ = std::llround(time / model_->scenario.step);
   next_command_ = 0;
   for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
-  read_commands();
+  read_commands(0);
   for (std::size_t b = 0; b < effects_->bodies.size(); ++b)
     for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));
   for (WheelContact& contact : contacts_) contact.assume_steady();
@@ -611,7 +616,7 @@ void Simulation::put(const MechanismState& motion) {
   }
   // Those before the present step have been given, whatever list they came from.
   const auto& commands = model_->scenario.commands;
-  const double given = time() - 0.5 * model_->scenario.step;
+  const double given = time() - kSameInstant * model_->scenario.step;
   next_command_ = static_cast<std::size_t>(
       std::upper_bound(commands.begin(), commands.end(), given, [](double now, const Command& command) { return now < command.time; }) -
       commands.begin());

@@ -95,7 +95,8 @@ class Simulation {
   void visit(Archive& archive);
   void check_couplings();
   void place();
-  void read_commands();
+  // Sets the drives for a step of h [s]: those commanded on the way follow the mean of their command. h = 0: as they are commanded now.
+  void read_commands(double h);
   bool open_drive_rows(double h);  // whether a servo has rows
   void open_joint_effects(double h);
   bool open_limit_rows(double h);
