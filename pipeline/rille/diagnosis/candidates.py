@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from rille.diagnosis.natural import Natural, Scales, factor_of, matters, moving_bodies, natural, size_of
 from rille.diagnosis.parameter_hypotheses import parameter_hypotheses
-from rille.diagnosis.sensor_hypotheses import sensor_hypotheses
+from rille.diagnosis.sensor_hypotheses import sensor_hypotheses, shifts
 from rille.model.diagnosis import Location
 from rille.model.effect import EffectKind, EffectParameter
 from rille.model.hypothesis import FreeNumber, Hypothesis, Search
@@ -122,7 +122,8 @@ def _free(
         search=_search(parameter),
     )
     if parameter.amplitude:
-        return _within_machine(number, kind, here, machine, target)
+        number = _within_machine(number, kind, here, machine, target)
+        return replace(number, tries=shifts(number.lower, number.upper, scales.interval)) if number.unit == "s" else number
     if number.search == "place":
         return _on_track(number, scales)
     if number.search == "time":

@@ -9,6 +9,7 @@ import numpy as np
 from rille.diagnosis.evidence import Metric
 from rille.diagnosis.evidence_part import gather_part
 from rille.diagnosis.start_fit import residuals
+from rille.diagnosis.step_error import finest
 from rille.model.recording import Recording
 
 MULTIPLES = (8, 6, 4, 3, 2)  # of the scenario's step that are tried, largest first
@@ -35,7 +36,7 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
     if window < 4 * GRID * simulator.step:
         return simulator.step
     twice = simulator.changed(step=2 * simulator.step)  # good enough for the starts
-    part = gather_part(twice, recording, window=window, noise=noise, grid=GRID * simulator.step, most=WINDOWS)
+    part = gather_part(twice, recording, window=window, noise=noise, grid=GRID * simulator.step, most=WINDOWS, corrected=False)
     bare, picks = [s.channel for s in part.samples], [(s.window, s.time) for s in part.samples]
     fine = part.simulator.changed(step=simulator.step)
     own = [a[0] for a in fine.predict(part.states[None], part.last, bare, picks)]
@@ -48,7 +49,7 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
         there = np.isfinite(part.ordered(own))
         if not np.isfinite(change[there]).all():
             continue
-        coarse = replace(part, timing=tuple(0.5 * multiple * timing for timing in part.timing))
+        coarse = replace(part, timing=tuple(multiple * simulator.step / finest(simulator) * timing for timing in part.timing))
         metric = Metric(part.ordered([s.window for s in part.samples]), coarse.start_gain)
         power = metric.whitened(np.where(there, change, 0.0)[None])[0] ** 2
         size = len(part.first) * len(part.samples)

@@ -18,6 +18,7 @@ from rille.diagnosis.sensor_faults import concerns, moves_time, repaired, said, 
 from rille.diagnosis.start_fit import FARTHEST, Samples, fit_starts, residuals
 from rille.diagnosis.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.state_coordinates import moved
+from rille.diagnosis.step_error import finest, step_error, timing
 from rille.diagnosis.windows import Cut, cut
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
@@ -37,12 +38,14 @@ FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed star
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Plan:
     """What the sensor faults of a setting ask for. change : (n_windows, n_coordinates, 2) z of the start that the repaired recording shows;
-    None: the start stays. replayed : whether the trajectories of the fitted starts are not enough.
+    None: the start stays. replayed : whether the trajectories of the fitted starts are not enough. reread : whether they are, but other
+    instants of them.
     """
 
     faults: Setting
     change: Array | None
     replayed: bool
+    reread: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +57,8 @@ class Part:
     uncertainty of what is seen taken ``UNSURE`` times. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
     first, last : (n_windows,) [s] what is compared. columns : directions of the start. samples, slopes : of each channel its samples, and
     (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
-    timing : of each channel (m,) what half a step of time changes in it [sigma].
+    error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
+    it [sigma].
     whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
     """
 
@@ -73,6 +77,7 @@ class Part:
     samples: tuple[Samples, ...]
     slopes: tuple[Array, ...]
     noise_from: tuple[str, ...]
+    error: tuple[Array, ...]
     timing: tuple[Array, ...]
     whole: "Part | None" = None
     numbers: Whole | None = None
@@ -89,7 +94,7 @@ class Part:
     @cached_property
     def start_gain(self) -> Array:
         """D (m, d) in the order of evidence: directions of the start; then of every channel its offset over the window, and a shift in time
-        by half a step, since a simulation knows no instant better; and the slope of noise that is known to be slow.
+        by half of the finest step, since a simulation knows no instant better; and the slope of noise that is known to be slow.
         """
         rows = [self.ordered([-slopes for slopes in self.slopes])]
         for number, (channel, s) in enumerate(zip(self.channels, self.samples, strict=True)):
@@ -128,6 +133,7 @@ class Part:
                 replace(s, window=place[s.window[h]], time=s.time[h], value=s.value[h]) for s, h in zip(self.samples, here, strict=True)
             ),
             slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
+            error=tuple(error[h] for error, h in zip(self.error, here, strict=True)),
             timing=tuple(timing[h] for timing, h in zip(self.timing, here, strict=True)),
             whole=self.whole or self,
             numbers=windows if self.numbers is None else self.numbers[windows],
@@ -150,9 +156,13 @@ class Part:
         plans = [self._plan(sensor_terms(setting)) for setting in settings]
         plain: dict[int, list[int]] = {}
         for k, (model, plan) in enumerate(zip(own, plans, strict=True)):
-            if model is not None and plan.replayed:
+            if model is None:
+                continue
+            if models[model] is self.simulator and plan.reread and not self.simulator.has_memory:
+                result[k] = self._reread(plan)
+            elif plan.replayed or plan.reread:
                 result[k] = self._replayed(models[model], plan)
-            elif model is not None:
+            else:
                 plain.setdefault(model, []).append(k)
         for remembers in (False, True):
             chosen = [m for m in plain if bool(models[m].has_memory) == remembers]
@@ -205,8 +215,9 @@ class Part:
     def _plan(self, faults: Setting) -> _Plan:
         touched = [c for c in self.channels if c.name in self.shows and any(concerns(t, c) for t in (*faults, *sensor_terms(self.assumed)))]
         change = self._start_change(faults, [c.name for c in touched]) if touched else None
-        replayed = any(moves_time(faults, c) for c in self.channels) or (change is not None and bool(np.abs(change).max() > NEAR))
-        return _Plan(faults=faults, change=change, replayed=replayed)
+        replayed = change is not None and bool(np.abs(change).max() > NEAR)
+        reread = not replayed and any(moves_time(faults, c) for c in self.channels)
+        return _Plan(faults=faults, change=change, replayed=replayed, reread=reread)
 
     def _start_change(self, faults: Setting, touched: Sequence[str]) -> Array:
         """z (n_windows, n_coordinates, 2) from the start that was smoothed to that of the recording without these faults."""
@@ -224,12 +235,23 @@ class Part:
     def _residual(self, answers: Sequence[Array], faults: Setting, standard: Array) -> Array:
         """(m,) from what is simulated, of each channel (m,), from starts at ``standard`` z: as the faults say it, carried back to z = 0."""
         blocks = []
-        for s, slopes, answer in zip(self.samples, self.slopes, answers, strict=True):
-            left = residuals(s, said(faults, s.channel, answer, s.time)) / s.noise
+        for s, slopes, answer, error in zip(self.samples, self.slopes, answers, self.error, strict=True):
+            left = residuals(s, said(faults, s.channel, answer - error, s.time)) / s.noise
             along = standard[s.window]
             back = sum(slopes[k] * along[:, c, order] for k, (c, order) in enumerate(self.columns))
             blocks.append(np.where(np.isfinite(left), left + back, ENDED))
         return self.ordered(blocks)
+
+    @cached_property
+    def _course(self) -> Any:
+        """Trajectories of the base model from the fitted starts."""
+        return self.simulator.trajectories(self.states, self.last, [s.channel for s in self.samples])
+
+    def _reread(self, plan: _Plan) -> Array:
+        """(m,) of faults of instants alone: the base model's trajectories, read when it was true."""
+        picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
+        standard = self.standard if plan.change is None else self.standard - plan.change
+        return self._residual(self._course.read(picks), plan.faults, standard)
 
     def _replayed(self, model: Any, plan: _Plan) -> Array:
         """(m,) of a setting whose faults move the start far, or the instants that are read.
@@ -270,12 +292,13 @@ def gather_part(
     assumed: Setting = (),
     grid: float | None = None,
     most: int | None = None,
+    corrected: bool = True,
     on_progress: Progress = None,
 ) -> Part:
     """Windows of a recording with starts fitted under a setting.
 
     simulator : of the recording's scenario; it stays as it is. grid : [s], windows begin and end at whole multiples, None: its step.
-    most : windows at most, spread over the recording.
+    most : windows at most, spread over the recording. corrected : whether what the step does is found and taken off (``step_error``).
 
     Raises
     ------
@@ -303,6 +326,7 @@ def gather_part(
     watched = _Watched(model, faults)
     heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
     fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=[c.name in heard for c in channels], far=FAR)
+    placed = fit.states, parts.stops, samples
     return Part(
         simulator=base,
         recording=recording,
@@ -319,21 +343,14 @@ def gather_part(
         samples=tuple(samples),
         slopes=tuple(fit.slopes),
         noise_from=tuple(noise[c.name][1] for c in channels),
-        timing=_timing(watched, fit.states, parts.stops, samples),
+        error=step_error(model, model.changed(step=finest(model)), *placed) if corrected else tuple(np.zeros(len(s.time)) for s in samples),
+        timing=timing(watched.predict, 0.5 * finest(model), *placed),
     )
 
 
 def _some(parts: Cut, most: int) -> Cut:
     chosen = np.unique(np.linspace(0, len(parts.starts) - 1, most).round().astype(np.int64))
     return Cut(begins=parts.begins[chosen], starts=parts.starts[chosen], stops=parts.stops[chosen])
-
-
-def _timing(simulator: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
-    """Of each channel (m,) half of what changes from half a step before to half a step after a sample [sigma]."""
-    bare, half = [s.channel for s in samples], 0.5 * simulator.step
-    sides = [simulator.predict(states[None], stops, bare, [(s.window, s.time + shift) for s in samples]) for shift in (half, -half)]
-    changes = [residuals(replace(s, value=after[0]), before[0]) for s, after, before in zip(samples, *sides, strict=True)]
-    return tuple(np.nan_to_num(0.5 * change / s.noise) for s, change in zip(samples, changes, strict=True))
 
 
 class _Watched:

@@ -31,6 +31,7 @@ KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
 CORRECTIONS = 3
 PART, FEW_WINDOWS = 8, (6, 24)  # one of so many windows is looked at first, but at least, and at most, so many
 BEST_SHAPES = 2
+BETWEEN = 9  # values between the neighbours of the best one that was tried
 SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
 
 
@@ -152,8 +153,23 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> 
         scanned = _scan(max(trials, key=lambda trial: trial.size), [values for _, values in offers[:1]])
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
         offers = sorted(offers + _as_found(judge, blocks, scanned), key=lambda offer: -offer[0])[:BEST_SHAPES]
+    for number in hypothesis.free if offers else ():
+        tried: Sequence[float] = number.tries
+        while tried:
+            scanned = [offers[0][1] | {number.name: value} for value in tried]
+            blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
+            found = _as_found(judge, blocks, scanned)
+            tried = _between(number, found[0][1][number.name]) if tried is number.tries and found[0][0] > offers[0][0] else ()
+            offers = sorted(offers + found, key=lambda offer: -offer[0])[:BEST_SHAPES]
     shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
     return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
+
+
+def _between(number: FreeNumber, best: float) -> list[float]:
+    """Values between the neighbours of the best of ``number.tries``."""
+    ordered = sorted(number.tries)
+    k = ordered.index(best)
+    return [float(v) for v in np.linspace(ordered[max(k - 1, 0)], ordered[min(k + 1, len(ordered) - 1)], BETWEEN) if v != best]
 
 
 def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tuple[float, Values]]:
@@ -247,7 +263,7 @@ def _resized(trial: _Trial, judge: Judge) -> bool:
         less = size * float(np.clip(0.5 * np.sqrt(most / trial.size), 1e-3, 0.5))
         new = max(np.sqrt(trial.weak * size), less) if trial.weak else less
     elif trial.size < max(FELT, SMALLEST * judge.chi2):
-        if trial.size < UNFELT and trial.leaps >= LEAPS:
+        if trial.size < UNFELT and trial.leaps >= LEAPS and not trial.strong:
             return False
         trial.weak, trial.leaps = size, trial.leaps + 1
         new = size * (LEAP if trial.size < UNFELT else float(np.clip(np.sqrt(0.1 * most / trial.size), 1.0, LEAP)))

@@ -8,7 +8,7 @@ looked at many (``accept.py``).
 
 from collections.abc import Mapping, Sequence
 
-from rille.diagnosis.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted
+from rille.diagnosis.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted, noise_of
 from rille.diagnosis.confound import groups
 from rille.diagnosis.evidence import Evidence
 from rille.diagnosis.fit import Fitted, estimates, fit_together
@@ -129,7 +129,8 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
     screened, singles, done = Screened(judge=judge, signatures=(), tries=0), [], []
     for part in (cheap, [h for h in hypotheses if h not in cheap]):
         simple = min((one.chi2 for one in singles if one.count <= FEW_NUMBERS), default=judge.chi2)
-        if not part or simple - judge.floor * judge.degrees < LITTLE * judge.excess:
+        noise = noise_of(judge, simple, judge.degrees) * judge.degrees
+        if not part or (singles and simple - noise < LITTLE * (judge.chi2 - noise)):
             continue
         more = screen(judge.evidence, part, tries=tries, judge=judge, on_progress=on_progress)
         signatures = sorted((*screened.signatures, *more.signatures), key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))

@@ -12,6 +12,7 @@ from rille.model.recording import Channel, full_name
 
 STAMPS, GAPS = "stamps", "gaps"  # words of the catalogue's column `channel`: faults of the time stamps; faults that leave no wrong value
 TURNS = ("w", "x", "y", "z")
+LEAST_SHIFT, MOST_SHIFT, SHIFTS = 0.25, 0.3, 10  # [sampling intervals], [s], number of shifts in time that are tried
 
 
 def sensor_hypotheses(channels: Sequence[Channel], kinds: Sequence[EffectKind]) -> tuple[Hypothesis, ...]:
@@ -59,14 +60,14 @@ def _hypothesis(kind: EffectKind, target_kind: str, target: str, channels: Seque
         kind=kind.name,
         target=target,
         target_kind=target_kind,
-        free=tuple(_free(p, channels) for p in kind.parameters if p.search != "fixed"),
+        free=tuple(_free(kind, p, channels) for p in kind.parameters if p.search != "fixed"),
         fixed={p.name: p.typical for p in kind.parameters if p.search == "fixed"},
         memory=kind.memory,
         passive=kind.passive,
     )
 
 
-def _free(parameter: EffectParameter, channels: Sequence[Channel]) -> FreeNumber:
+def _free(kind: EffectKind, parameter: EffectParameter, channels: Sequence[Channel]) -> FreeNumber:
     """Scaled by the channel: offsets by its range, drifts by its range over the recording, delays by its sampling."""
     largest = max((most(c.value, 1.0) for c in channels), default=0.0) or 1.0
     width = max((_width(c) for c in channels), default=0.0) or 1.0
@@ -79,7 +80,7 @@ def _free(parameter: EffectParameter, channels: Sequence[Channel]) -> FreeNumber
     elif parameter.unit == "SI/s":
         factor = 100 * max(width, 10 * noise) / duration
     elif parameter.unit == "1/SI":
-        factor = 1.25 / largest  # a limit at four fifths of what was seen
+        factor = 1.0 / largest  # what is seen of a limit is the largest value
     elif parameter.unit == "s":
         factor = max(1.0, interval / 0.02)
     number = FreeNumber(
@@ -93,7 +94,16 @@ def _free(parameter: EffectParameter, channels: Sequence[Channel]) -> FreeNumber
     )
     if parameter.unit == "1/SI":
         number = replace(number, upper=min(number.upper, 100 / largest))
+    if STAMPS in kind.channel and parameter.amplitude:  # a delay, or a rate that makes one by the end
+        over = 1.0 if parameter.unit == "s" else duration
+        number = replace(number, tries=shifts(number.lower, number.upper, interval, over))
     return replace(number, start=min(max(number.start, number.lower), number.upper))
+
+
+def shifts(lower: float, upper: float, interval: float, over: float = 1.0) -> tuple[float, ...]:
+    """Delays [s], or rates that add up to them over a time [s], from a part of the interval [s] of samples to what a delay can be."""
+    sizes = np.geomspace(LEAST_SHIFT * interval, max(MOST_SHIFT, interval), SHIFTS) / over
+    return tuple(float(v) for v in (*sizes, *-sizes) if lower <= v <= upper)
 
 
 def _unit(unit: str, own: str) -> str:

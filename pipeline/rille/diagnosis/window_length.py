@@ -37,7 +37,7 @@ def window_length(simulator: Any, recording: Recording, *, duration: float, nois
     for length in LENGTHS[:-1]:
         if duration < LEAST * length:
             continue
-        part = gather_part(simulator, recording, window=length, noise=noise, most=WINDOWS)
+        part = gather_part(simulator, recording, window=length, noise=noise, most=WINDOWS, corrected=False)
         if bend(part) < BENT:
             return length
     return LENGTHS[-1]

@@ -16,6 +16,7 @@ class FreeNumber:
     lower, upper : bounds. start : first guess. spread : 1 sigma of what is usual, and the size of a trial change. All in ``unit``.
     search : how it is looked for if it is no amplitude; ``local`` from ``start``, ``scale`` over decades (or octaves) about it, ``phase``
     around the circle, ``order`` over whole numbers, ``place`` over where the machine was, ``time`` over when it was.
+    tries : values of an amplitude that are tried beside: what shifts in time fits again and again where a signal repeats.
     """
 
     name: str
@@ -27,6 +28,7 @@ class FreeNumber:
     spread: float
     absent: float = 0.0
     search: Search = "local"
+    tries: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,13 +1,14 @@
 """Channels as many models would have shown them, from start states in the windows of a recording: batches that fit in memory."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import Channel
-from rille.simulate.observe import observer, steady
+from rille.simulate.observe import Observer, observer, steady
 
 Array = NDArray[np.float64]
 Picks = Sequence[tuple[NDArray[np.int64], Array]]  # of each channel: window (m,) and time [s] (m,) of its samples
@@ -42,7 +43,7 @@ def predicted(
     reader = observer(channels)
     k, n_windows = motions[0].shape[:2]
     starts = motions[0][0, :, 0]
-    n_steps = 1 + np.maximum(1, np.ceil((stops - starts) / step - 1e-6).astype(np.int64))  # interpolation looks at both sides of a sample
+    n_steps = _steps(starts, stops, step)
     answers = [np.full((len(models), k, len(time)), np.nan) for _, time in picks]
     if not reader.needs or not n_windows:
         return answers
@@ -62,6 +63,45 @@ def predicted(
                     values = reader.read(channel, flat, row.ravel(), np.tile(at, len(offsets)))
                     answers[channel][np.array(group), :, here] = values.reshape(len(group), k, -1)
     return answers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trajectories:
+    """Runs of one model, kept to be read at any instants.
+
+    reader : of the channels. starts (n_windows,), step [s]. stretches : first window of each batch, and its steps (windows, n, n_needs).
+    """
+
+    reader: Observer
+    starts: Array
+    step: float
+    stretches: tuple[tuple[int, Array], ...]
+
+    def read(self, picks: Picks) -> list[Array]:
+        """Of each channel (m,) [unit] at its picks, as of ``predicted``."""
+        found = []
+        for channel, (window, time) in enumerate(picks):
+            values = np.full(len(time), np.nan)
+            for first, steps in self.stretches:
+                here = slice(int(np.searchsorted(window, first)), int(np.searchsorted(window, first + len(steps))))
+                at = np.clip((time[here] - self.starts[window[here]]) / self.step, 0, steps.shape[1] - 1)
+                values[here] = self.reader.read(channel, steps, window[here] - first, at)
+            found.append(values)
+        return found
+
+
+def trajectories(model: Any, motions: Array, *, stops: Array, channels: Sequence[Channel], step: float, threads: int) -> Trajectories:
+    """Runs of a model without memory from rows of motion (n_windows, numbers) to ``stops`` (n_windows,) [s], with what the channels need."""
+    reader, starts = observer(channels), motions[:, 0]
+    runs = _single([model], motions[None, None], _steps(starts, stops, step), list(reader.needs), step, threads)
+    return Trajectories(
+        reader=reader, starts=starts, step=step, stretches=tuple((first, steady(steps[0, 0], reader.needs)) for first, _, steps in runs)
+    )
+
+
+def _steps(starts: Array, stops: Array, step: float) -> NDArray[np.int64]:
+    """(n_windows,) steps to run: one more than to the stop, since interpolation looks at both sides of a sample."""
+    return 1 + np.maximum(1, np.ceil((stops - starts) / step - 1e-6).astype(np.int64))
 
 
 def _single(

@@ -14,7 +14,7 @@ from rille.model.quaternion import angle_of
 from rille.model.recording import Channel, Recording
 from rille.simulate.machine_facts import add_effect, machine_facts
 from rille.simulate.observe import observer
-from rille.simulate.prediction import Picks, batches, predicted
+from rille.simulate.prediction import Picks, Trajectories, batches, predicted, trajectories
 from rille.simulate.replay_commands import drive_commands
 
 Array = NDArray[np.float64]
@@ -39,6 +39,7 @@ class Replayer:
         self.scenario = scenario or ""
         self._commands: Mapping[str, tuple[Array, Array]] = {}
         model = _solver.Model(str(path), scenario, step)
+        self.own_step: float = model.step  # whatever ``changed`` makes of it
         self._take(model, model, model)
 
     def _take(self, model: Any, bare: Any, driven: Any) -> None:
@@ -76,8 +77,8 @@ class Replayer:
             cannot be simulated.
         """
         made = object.__new__(Replayer)
-        made._solver, made._threads, made.path, made.scenario, made._commands = (
-            self._solver, self._threads, self.path, self.scenario, self._commands,
+        made._solver, made._threads, made.path, made.scenario, made._commands, made.own_step = (
+            self._solver, self._threads, self.path, self.scenario, self._commands, self.own_step,
         )  # fmt: skip
         models: dict[int, Any] = {}
         for model in (self._model, self._bare, self._driven):
@@ -202,6 +203,12 @@ class Replayer:
         Of each channel (n_models, m) [unit]; NaN after a run has ended.
         """
         return [values[:, 0] for values in self._predicted(others, states[None], stops, channels, picks, carried=carried)]
+
+    def trajectories(self, states: Array, stops: Array, channels: Sequence[Channel]) -> Trajectories:
+        """Runs from start states (n_windows, n) to ``stops`` (n_windows,) [s], to be read at any instants; of a model without memory."""
+        return trajectories(
+            self._driven, self._motions(states), stops=stops, channels=channels, step=self.step, threads=self._threads
+        )
 
     def _predicted(
         self, models: Sequence["Replayer"], states: Array, stops: Array, channels: Sequence[Channel], picks: Picks, *, carried: bool
