@@ -99,10 +99,9 @@ def effect_targets(subject: Subject, kind: EffectKind) -> tuple[str, ...]:
     """Names of what an effect can be put at on a machine; () if it makes no sense there."""
     if kind.target in ("sensor", "any") or (kind.name == "soil_change" and subject.kind == "points"):
         return ()
-    if kind.target == "joint":
-        return tuple(subject.targets.get("driven" if kind.name in NEEDS_DRIVE else "joint", ()))
-    have = {(e.kind, e.target) for e in subject.effects}
-    return tuple(t for t in subject.targets.get(KIND_TARGETS[kind.target], ()) if (kind.name, t) not in have)
+    have = {(e.kind, e.target) for e in subject.effects}  # more of what is known is a wrong number
+    word = ("driven" if kind.name in NEEDS_DRIVE else "joint") if kind.target == "joint" else KIND_TARGETS[kind.target]
+    return tuple(t for t in subject.targets.get(word, ()) if (kind.name, t) not in have)
 
 
 def effect_fault(subject: Subject, kind: EffectKind, target: str, rng: np.random.Generator) -> Fault:

@@ -77,7 +77,7 @@ def diagnose_bench(
         notes=tuple(f"the soil {name} is known from earlier points and was not fitted" for name in held),
     )
     if not difference.differs:
-        return replace(answer, sentence=statement("nothing_missing", (), (), (), answer.location, 0.0, None, (), ()))
+        return replace(answer, sentence=statement("nothing_missing", (), (), answer.location, 0.0, None, (), ()))
     open_numbers = open_terms(rigs, fixed)
     hypotheses = tuple(chosen(bench_hypotheses(rigs, kinds)))
 
@@ -122,7 +122,7 @@ def diagnose_bench(
     return replace(
         answer,
         verdict=verdict,
-        sentence=statement(verdict, terms[:3], ranked, groups, answer.location, found.leftover, proven, (), limits),
+        sentence=statement(verdict, terms[:3], ranked, answer.location, found.leftover, proven, (), limits),
         setting=setting,
         ranked=ranked,
         groups=groups,

@@ -21,7 +21,7 @@ SAME = 0.99  # correlation beyond which an additional number changes nothing
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Confounded:
     """order : indices into the scores, best first. number (m,) : group of each (0: that of the best). needless (m,) : of each its simpler
-    form if it has numbers that explain nothing more, else -1.
+    form, whose group it shares, if it has numbers that explain nothing more, else -1.
     """
 
     order: tuple[int, ...]
@@ -58,11 +58,17 @@ def groups(scores: Scores, fitted: Sequence[Fitted], edges: Whole) -> Confounded
             number[i] = next((k for k, head in enumerate(heads) if i == head or _one_group(scores, head, i)), len(heads))
             if number[i] == len(heads):
                 heads.append(i)
-        last = len(heads)
         for i in order:
             if needless[i] >= 0:
-                number[i], last = last, last + 1
+                number[i] = number[_simplest(i, needless)]
     return Confounded(order=(*sound, *(i for i in order if needless[i] >= 0)), number=tuple(number), needless=tuple(needless))
+
+
+def _simplest(i: int, needless: Sequence[int]) -> int:
+    """What is left of i without any number that explains nothing."""
+    while needless[i] >= 0:
+        i = needless[i]
+    return i
 
 
 def described(confounded: Confounded, scores: Scores, titles: Sequence[str], probability: Sequence[float]) -> tuple[Group, ...]:
@@ -74,7 +80,12 @@ def described(confounded: Confounded, scores: Scores, titles: Sequence[str], pro
             continue
         head, others = members[0], members[1:]
         likeness = max((abs(float(scores.likeness[head, i])) for i in others), default=0.0)
-        parts = [f"{titles[i]} ({scores.likeness[head, i]:+.0%} alike, {_behind(scores, head, i)})" for i in others]
+        parts = [
+            f"{titles[i]} ({scores.likeness[head, i]:+.0%} alike, {_behind(scores, head, i)})"
+            if confounded.needless[i] < 0
+            else f"{titles[i]} (a wider law that explains no more)"
+            for i in others
+        ]
         sentence = f"these recordings cannot tell {titles[head]} from {', '.join(parts)}" if others else ""
         summed = float(sum(probability[i] for i in members))
         names = tuple(titles[i] for i in members)

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any, TypeVar
 
+import numpy as np
+
 from rille.diagnosis.candidates import candidates, of_kind
 from rille.diagnosis.compare import compare_windows
 from rille.diagnosis.diagnosis_step import diagnosis_step
@@ -19,7 +21,7 @@ from rille.diagnosis.next_experiment import next_experiments
 from rille.diagnosis.noise_floor import shared_noise
 from rille.diagnosis.patches import patch_tries, window_places
 from rille.diagnosis.prove import prove
-from rille.diagnosis.replay_evidence import gather
+from rille.diagnosis.replay_evidence import ReplayEvidence, gather
 from rille.diagnosis.search import search
 from rille.diagnosis.statement import statement
 from rille.diagnosis.tries import place_tries
@@ -40,6 +42,7 @@ Noise = dict[str, tuple[float, str]]
 DOUBTS = ("error", "warning")  # severities of what the data gate found that are repeated
 MOST_DOUBTS = 12
 MOST_ENDED = 0.5  # share of the windows that may end early
+UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
@@ -216,6 +219,7 @@ def _search(
     found = search(
         evidence,
         hypotheses,
+        floor=_floor(evidence, noise),
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
         tries={**place_tries(hypotheses, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
@@ -233,12 +237,18 @@ def _search(
     return replace(found, evidence=None), unknown
 
 
+def _floor(evidence: ReplayEvidence, noise: Noise) -> float:
+    """Chi-squared per degree that noise alone may give: more where it is not stated and its slow part is unknown."""
+    unstated = [noise[channel.name][1] != "stated" for channel in evidence.channels]
+    return 1.0 + UNSTATED * float(np.mean(np.array(unstated)[evidence.channel])) if len(evidence.channel) else 1.0
+
+
 def _experiments(simulator: Any, parts: Parts, found: Found, told: Told) -> tuple[Experiment, ...]:
     """What would tell the members of the best group apart."""
     if not found.ranked:
         return ()
     best = found.ranked[0]
-    members = [row for row in found.ranked if row.group == best.group][:MOST_RIVALS]
+    members = [row for row in found.ranked if row.group == best.group and row.probability > 0][:MOST_RIVALS]
     if len(members) < 2:
         return ()
     settings = [tuple(term.term for term in row.terms) for row in members]
@@ -269,9 +279,7 @@ def _answer(
         recordings=tuple(recording.name for recording in parts.training),
         held_out=tuple(recording.name for recording in parts.held_out),
         verdict=verdict,
-        sentence=statement(
-            verdict, terms, ranked, groups, location, leftover, proof, (), cannot, unknown.sentence if unknown is not None else ""
-        ),
+        sentence=statement(verdict, terms, ranked, location, leftover, proof, (), cannot, unknown.sentence if unknown is not None else ""),
         location=location,
         setting=(*(found.setting if found is not None else ()), *(unknown.setting if unknown is not None else ())),
         ranked=ranked,

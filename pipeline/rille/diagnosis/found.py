@@ -125,7 +125,7 @@ def verdict_of(standing: Standing, accepted: Setting, leftover: float) -> Verdic
     if leftover > UNKNOWN * EACH_MORE ** (len(accepted) - 1):
         return "unknown"
     confounded = standing.confounded
-    members = [i for i in confounded.order if confounded.number[i] == 0]
+    members = [i for i in confounded.order if confounded.number[i] == 0 and confounded.needless[i] < 0]
     terms = [t.hypothesis for i in members for t in standing.fitted[i - 1].setting] or [t.hypothesis for t in accepted]
     if len({t.kind for t in terms}) > MOST_MEMBERS:
         return "cannot_know"

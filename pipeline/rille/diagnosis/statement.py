@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from rille.model.diagnosis import Estimate, Group, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
+from rille.model.diagnosis import Estimate, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
 
 MOST_NAMES = 4
 
@@ -12,7 +12,6 @@ def statement(
     verdict: Verdict,
     terms: Sequence[NamedTerm],
     ranked: Sequence[RankedHypothesis],
-    groups: Sequence[Group],
     location: Location,
     leftover: float,
     proof: Proof | None,
@@ -21,7 +20,7 @@ def statement(
     unknown_like: str = "",
 ) -> str:
     """One paragraph: what it is, where, how sure, how much better, and what stays open. ``leftover``: share of the excess that is left."""
-    parts = [_what(verdict, terms, ranked, groups, leftover), unknown_like]
+    parts = [_what(verdict, terms, ranked, leftover), unknown_like]
     if verdict != "nothing_missing" and location.sentence:
         parts.append(location.sentence)
     if transients:
@@ -61,9 +60,7 @@ def _listed(names: Sequence[str]) -> str:
     return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
 
 
-def _what(
-    verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], groups: Sequence[Group], leftover: float
-) -> str:
+def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], leftover: float) -> str:
     sure = f"; probability {percent(ranked[0].probability)}" if ranked else ""
     explained = f"; explains {100 * (1 - leftover):.0f} % of what is beyond the noise" if 0 <= leftover <= 1 else ""
     named = _listed([_named(term) for term in terms]) if terms else ""
@@ -76,7 +73,7 @@ def _what(
     if verdict == "parameter":
         return f"no physics is missing, a number of the model is wrong: {named}{sure}{explained}"
     if verdict == "group":
-        members = next((g.members for g in groups if g.number == ranked[0].group), ()) if ranked else ()
+        members = [row.title for row in ranked if row.group == ranked[0].group and row.probability > 0]
         return f"one of these is missing, and these recordings cannot tell which: {_listed(members)}{sure}{explained}; best: {named}"
     if verdict == "unknown":
         nearest = f"; nearest is {ranked[0].title}, which explains {100 * ranked[0].explained:.0f} %" if ranked else ""

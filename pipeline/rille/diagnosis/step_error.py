@@ -2,8 +2,8 @@
 
 All settings are replayed with one step h, as coarse as noise allows. What that does to a sample is the same for all of them but for small
 differences, so it is found once, under the setting that starts were fitted under: with a finer run of step f the leading error is
-e = (coarse - fine) h/(h - f) (Richardson 1911), and every prediction is taken less e. What is left is of the size that an instant shifted by
-half of f changes.
+e = (coarse - fine) h/(h - f) (Richardson 1911), and every prediction is taken less e. What is left is of the size that an instant shifted
+by half of f changes.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,9 +25,7 @@ def finest(simulator: Any) -> float:
     return float(simulator.own_step) / FINER
 
 
-def step_error(
-    coarse: Any, fine: Any, states: Array, stops: Array, samples: Sequence[Samples]
-) -> tuple[Array, ...]:
+def step_error(coarse: Any, fine: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
     """Of each channel (m,) [unit] the error of the predictions of ``coarse``; 0 where a run ended.
 
     coarse, fine : the same simulator with two steps. states (n_windows, n), stops (n_windows,) [s] : of the windows.

@@ -91,7 +91,7 @@ class Trajectories:
 
 
 def trajectories(model: Any, motions: Array, *, stops: Array, channels: Sequence[Channel], step: float, threads: int) -> Trajectories:
-    """Runs of a model without memory from rows of motion (n_windows, numbers) to ``stops`` (n_windows,) [s], with what the channels need."""
+    """Runs of a model without memory from rows of motion (n_windows, numbers) to ``stops`` (n_windows,) [s], read by what channels need."""
     reader, starts = observer(channels), motions[:, 0]
     runs = _single([model], motions[None, None], _steps(starts, stops, step), list(reader.needs), step, threads)
     return Trajectories(

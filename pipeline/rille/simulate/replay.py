@@ -206,9 +206,7 @@ class Replayer:
 
     def trajectories(self, states: Array, stops: Array, channels: Sequence[Channel]) -> Trajectories:
         """Runs from start states (n_windows, n) to ``stops`` (n_windows,) [s], to be read at any instants; of a model without memory."""
-        return trajectories(
-            self._driven, self._motions(states), stops=stops, channels=channels, step=self.step, threads=self._threads
-        )
+        return trajectories(self._driven, self._motions(states), stops=stops, channels=channels, step=self.step, threads=self._threads)
 
     def _predicted(
         self, models: Sequence["Replayer"], states: Array, stops: Array, channels: Sequence[Channel], picks: Picks, *, carried: bool
