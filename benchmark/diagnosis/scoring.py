@@ -8,7 +8,7 @@ from making import Truth
 from subjects import Subject, subject
 from trials import trial_named
 
-from rille.diagnosis.bench_hypotheses import LOG
+from rille.diagnosis.bench_rig import LOG
 from rille.model.diagnosis import Diagnosis, RankedHypothesis
 from rille.model.hypothesis import Hypothesis, Term
 
@@ -106,7 +106,8 @@ def same(hypothesis: Hypothesis, truth: Truth, machine: Subject) -> bool:
 
 def _same_target(hypothesis: Hypothesis, truth: Truth, machine: Subject) -> bool:
     if truth.cause == "sensor":
-        return hypothesis.cause == "sensor" and (hypothesis.target == truth.target or hypothesis.target_kind == "clock")
+        whole = truth.kind == "clock_skew" and truth.target.startswith(hypothesis.target.rpartition(" of ")[2])  # all that the clock stamps
+        return hypothesis.cause == "sensor" and (hypothesis.target == truth.target or hypothesis.target_kind == "clock" or whole)
     if truth.target == "*":
         return hypothesis.target in ("*", "") or hypothesis.target_kind in ("world", "terrain")
     if hypothesis.target == "*":  # all of one

@@ -167,7 +167,7 @@ def test_pulses_only_where_the_difference_is_short():
     for h in found:
         for n in h.free:
             assert n.search != "time" or n.start == 3.0
-    sets = place_tries(found, natural(machine, [x]), short)
+    sets = place_tries(found, machine, natural(machine, [x]), short)
     assert set(sets) == {h.title for h in found if any(n.search == "place" for n in h.free)}
     for h in found:
         for values in sets.get(h.title, ()):

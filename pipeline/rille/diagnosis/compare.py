@@ -11,6 +11,7 @@ from rille.diagnosis.noise_floor import difference_noise, noise_of, quantisation
 from rille.diagnosis.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.start_fit import Samples, StartFit, fit_starts, residuals
 from rille.diagnosis.start_states import Starts, start_states
+from rille.diagnosis.step_error import step_error
 from rille.diagnosis.windows import Cut, cut, picked
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
@@ -31,7 +32,8 @@ def compare_windows(
     Nodes every ``window`` [s]; start states smoothed from the recording without the model (``start_states``) and fitted to the window
     within their uncertainty (``fit_starts``); what is left is measured - simulated. Errors do not pile up, and the blame lands in its
     window. Efforts and accelerations take part in the fit where the model explains them: what no channel shows directly (slip, the rate
-    of a suspension) shakes them at the start of a window, and only they can tell it.
+    of a suspension) shakes them at the start of a window, and only they can tell it. What the simulation's step does is taken off
+    (``step_error``).
 
     Parameters
     ----------
@@ -60,10 +62,18 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     shows = [c for c in observed if not unfit[c.name] and c.quantity in MOTION_QUANTITIES and noise[c.name][0] > 0]
     parts = cut(recording, shows, window, simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
+    samples = [samples_of(c, max(noise[c.name][0], 1e-300), parts) for c in observed]
     fitted = with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
-    samples = [samples_of(c, noise[c.name][0], parts) for c in fitted]
-    fit = fit_starts(simulator, starts, parts.stops, samples, on_progress)
-    channels, unreached = _compared(simulator, observed, fitted, unfit, noise, fit, parts)
+    names = [c.name for c in fitted]
+    heard = [s for s in samples if s.channel.name in names]
+
+    def error(states: Array, of: Sequence[Samples] = heard) -> tuple[Array, ...]:
+        return step_error(simulator, states, parts.stops, of)
+
+    short = window is not None  # errors of a whole run are not those of its steps
+    fit = fit_starts(simulator, starts, parts.stops, heard, on_progress, error=error if short else None)
+    off = error(fit.states, samples) if short else [np.zeros(len(s.time)) for s in samples]
+    channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
     return Comparison(
         recording=recording.name,
         model=str(simulator.path),
@@ -121,18 +131,19 @@ def _compared(
     simulator: Any,
     observed: Sequence[Channel],
     shows: Sequence[Channel],
+    samples: Sequence[Samples],
+    error: Sequence[Array],
     unfit: dict[str, str],
     noise: dict[str, tuple[float, str]],
     fit: StartFit,
-    parts: Cut,
+    stops: Array,
 ) -> tuple[tuple[ComparedChannel, ...], list[int]]:
     """Every observed channel beside what the fitted starts give for it, and the windows whose run ended before their last sample."""
-    samples = [samples_of(c, max(noise[c.name][0], 1e-300), parts) for c in observed]
-    predicted = simulator.predict(fit.states[None], parts.stops, [s.channel for s in samples], [(s.window, s.time) for s in samples])
+    predicted = simulator.predict(fit.states[None], stops, [s.channel for s in samples], [(s.window, s.time) for s in samples])
     gains = {channel.name: gain for channel, gain in zip(shows, fit.gain, strict=True)}
     found, unreached = [], set()
-    for channel, s, answer in zip(observed, samples, predicted, strict=True):
-        simulated = s.value - residuals(s, answer[0])  # of quaternions the sign, of angles the turn that is meant
+    for channel, s, answer, e in zip(observed, samples, predicted, error, strict=True):
+        simulated = s.value - residuals(s, answer[0] - e)  # of quaternions the sign, of angles the turn that is meant
         reached = np.isfinite(simulated)
         unreached |= set(s.window[~reached].tolist())
         sigma, source = _floor(channel, s, simulated, *noise[channel.name])

@@ -134,8 +134,10 @@ def _tied(scores: Scores, best: int, i: int) -> bool:
 
 
 def _one_group(scores: Scores, best: int, i: int) -> bool:
+    """What numbers are charged with is no evidence of the recordings: it orders, but does not tell apart."""
     alike = 2.0 if abs(scores.likeness[best, i]) > ALIKE else 1.0
-    return bool(scores.ahead[best, i] <= alike * max(scores.needed * scores.ahead_error[best, i], TIED))
+    behind = scores.ahead[best, i] - (scores.charged[i] - scores.charged[best])
+    return bool(behind <= alike * max(scores.needed * scores.ahead_error[best, i], TIED))
 
 
 def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> bool:

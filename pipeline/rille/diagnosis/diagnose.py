@@ -222,7 +222,7 @@ def _search(
         floor=_floor(evidence, noise),
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
-        tries={**place_tries(hypotheses, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
+        tries={**place_tries(hypotheses, machine, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
         on_progress=lambda what, share: told(0.25 + 0.65 * share, 1, what),
     )
     unknown = None

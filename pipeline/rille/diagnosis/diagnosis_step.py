@@ -15,7 +15,7 @@ from rille.model.recording import Recording
 MULTIPLES = (8, 6, 4, 3, 2)  # of the scenario's step that are tried, largest first
 GRID = 24  # steps of which the windows that are tried begin and end at whole multiples: of all those steps too
 WINDOWS = 8
-SMALL = 0.1  # [sigma] root mean square of a channel that a larger step may change in three of four windows
+SMALL = 0.3  # [sigma] root mean square of a channel that a larger step may change in three of four windows: most of it is taken off
 QUARTER = 0.75
 
 

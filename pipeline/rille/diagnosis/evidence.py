@@ -60,6 +60,7 @@ class Evidence(Protocol):
         ...
 
 
+LEAST_SEEN = 1e-6  # squared length [sigma] of a column of D that changes anything, far above the rounding of D^T D
 ENDED = 10.0  # [sigma] counted for a sample that a run did not reach
 
 
@@ -72,8 +73,10 @@ class Metric:
         self._parts: list[tuple[Array, Array]] = []  # of each window: orthonormal columns U of D, and what C^-1/2 takes off along them
         for first, last in self._spans():
             gain = start_gain[first:last]
-            left, size, _ = np.linalg.svd(gain, full_matrices=False) if gain.size else (gain, np.empty(0), None)
-            self._parts.append((left, 1.0 - 1.0 / np.sqrt(1.0 + size**2)))
+            squares, right = np.linalg.eigh(gain.T @ gain) if gain.size else (np.empty(0), gain.T)  # D = U S V^T
+            seen = squares > max(LEAST_SEEN, 1e-12 * squares.max(initial=0.0))
+            size = np.sqrt(squares[seen])
+            self._parts.append((gain @ right[:, seen] / size, 1.0 - 1.0 / np.sqrt(1.0 + size**2)))
 
     def _spans(self) -> list[tuple[int, int]]:
         return list(zip(self.edges[:-1].tolist(), self.edges[1:].tolist(), strict=True))
@@ -97,3 +100,9 @@ class Metric:
         return np.array(
             [last - first - np.sum(1.0 - (1.0 - off) ** 2) for (first, last), (_, off) in zip(self._spans(), self._parts, strict=True)]
         )
+
+    @property
+    def own_degrees(self) -> Array:
+        """(N,) what is left of the freedom of each sample, the diagonal of C^-1."""
+        return np.concatenate([1.0 - left**2 @ (1.0 - (1.0 - off) ** 2) if left.size else np.ones(last - first)
+                               for (first, last), (left, off) in zip(self._spans(), self._parts, strict=True)])  # fmt: skip

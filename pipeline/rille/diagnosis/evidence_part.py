@@ -235,12 +235,20 @@ class Part:
     def _residual(self, answers: Sequence[Array], faults: Setting, standard: Array) -> Array:
         """(m,) from what is simulated, of each channel (m,), from starts at ``standard`` z: as the faults say it, carried back to z = 0."""
         blocks = []
-        for s, slopes, answer, error in zip(self.samples, self.slopes, answers, self.error, strict=True):
+        moves = self._own_moves if standard is self.standard else self._moves(standard)
+        for s, answer, error, back in zip(self.samples, answers, self.error, moves, strict=True):
             left = residuals(s, said(faults, s.channel, answer - error, s.time)) / s.noise
-            along = standard[s.window]
-            back = sum(slopes[k] * along[:, c, order] for k, (c, order) in enumerate(self.columns))
             blocks.append(np.where(np.isfinite(left), left + back, ENDED))
         return self.ordered(blocks)
+
+    @cached_property
+    def _own_moves(self) -> list[Array]:
+        return self._moves(self.standard)
+
+    def _moves(self, standard: Array) -> list[Array]:
+        """Of each channel (m,) [sigma] what starts at ``standard`` z have changed in what is simulated."""
+        along = np.array([standard[:, c, order] for c, order in self.columns]).reshape(len(self.columns), len(standard))
+        return [np.einsum("km,km->m", slopes, along[:, s.window]) for s, slopes in zip(self.samples, self.slopes, strict=True)]
 
     @cached_property
     def _course(self) -> Any:
@@ -269,15 +277,20 @@ class Part:
         answers = model.predict(states[None], self.last, [s.channel for s in self.samples], picks)
         return self._residual([answer[0] for answer in answers], plan.faults, standard)
 
-    def _fitted(self, left: Array) -> Array:
-        """z (n_windows, n_coordinates, 2) that minimises |r + D z|^2 + |z|^2 of residuals (m,) at z = 0, within ``FARTHEST``."""
-        standard = np.zeros_like(self.standard)
+    @cached_property
+    def _start_solvers(self) -> list[tuple[int, int, Array, Array]]:
+        """Of each window its samples, D of its start, and (D^T D + 1)^-1."""
         gain = self.start_gain[:, : len(self.columns)]
         window = self.ordered([s.window for s in self.samples])
         edges = np.searchsorted(window, np.arange(len(self.first) + 1))
-        for k, (first, last) in enumerate(pairwise(edges)):
-            d = gain[first:last]
-            z = -np.linalg.solve(d.T @ d + np.eye(d.shape[1]), d.T @ left[first:last])
+        spans = [(int(a), int(b), gain[a:b]) for a, b in pairwise(edges)]
+        return [(a, b, d, np.asarray(np.linalg.inv(d.T @ d + np.eye(d.shape[1])), dtype=float)) for a, b, d in spans]
+
+    def _fitted(self, left: Array) -> Array:
+        """z (n_windows, n_coordinates, 2) that minimises |r + D z|^2 + |z|^2 of residuals (m,) at z = 0, within ``FARTHEST``."""
+        standard = np.zeros_like(self.standard)
+        for k, (first, last, gain, solve) in enumerate(self._start_solvers):
+            z = -solve @ (gain.T @ left[first:last])
             for (coordinate, order), value in zip(self.columns, np.clip(z, -FARTHEST, FARTHEST), strict=True):
                 standard[k, coordinate, order] = value
         return standard
@@ -325,7 +338,17 @@ def gather_part(
     samples = [s for s in samples if len(s.time)]
     watched = _Watched(model, faults)
     heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
-    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=[c.name in heard for c in channels], far=FAR)
+
+    def error(states: Array) -> tuple[Array, ...]:
+        return step_error(model, states, parts.stops, samples)
+
+    def shown(states: Array) -> list[Array]:
+        """What of the error the faulty sensors show."""
+        both = zip(samples, error(states), strict=True)
+        return [said(faults, s.channel, s.value + e, s.time) - said(faults, s.channel, s.value, s.time) for s, e in both]
+
+    say = [c.name in heard for c in channels]
+    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None)
     placed = fit.states, parts.stops, samples
     return Part(
         simulator=base,
@@ -343,7 +366,7 @@ def gather_part(
         samples=tuple(samples),
         slopes=tuple(fit.slopes),
         noise_from=tuple(noise[c.name][1] for c in channels),
-        error=step_error(model, model.changed(step=finest(model)), *placed) if corrected else tuple(np.zeros(len(s.time)) for s in samples),
+        error=error(fit.states) if corrected else tuple(np.zeros(len(s.time)) for s in samples),
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
     )
 

@@ -35,9 +35,10 @@ class Scores:
     """Entry 0 is the base, then the settings in their order.
 
     gain (m,) [nats] : held-out log-likelihood above the base. ahead, ahead_error (m, m) : by how much i is ahead of j, with its error if i
-    is right. bic (m,) : chi2/kappa + k log n. alone (m,) : cannot be held out. chi2 (m,), window_chi2 (m, W). moved (m,) : size of what it
-    changes in the base's residuals. likeness (m, m) : correlation of what i and j change. kappa : over-dispersion. needed : standard errors
-    that count, more with few windows. degrees. channel_chi2 (m, channels). channel_count (channels,).
+    is right. bic (m,) : chi2/kappa + k log n. alone (m,) : cannot be held out. charged (m,) [nats] : for its numbers, if so. chi2 (m,),
+    window_chi2 (m, W). moved (m,) : size of what it changes in the base's residuals. likeness (m, m) : correlation of what i and j change.
+    kappa : over-dispersion. needed : standard errors that count, more with few windows. degrees. channel_chi2 (m, channels).
+    channel_count (channels,).
     """
 
     gain: Array
@@ -45,6 +46,7 @@ class Scores:
     ahead_error: Array
     bic: Array
     alone: NDArray[np.bool_]
+    charged: Array
     chi2: Array
     window_chi2: Array
     moved: Array
@@ -96,6 +98,7 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
         ahead_error=np.sqrt(variance),
         bic=chi2 / kappa + sizes * np.log(max(judge.degrees, 2.0)),
         alone=alone,
+        charged=charged,
         chi2=chi2,
         window_chi2=own.T,
         moved=size,

@@ -8,7 +8,9 @@ looked at many (``accept.py``).
 
 from collections.abc import Mapping, Sequence
 
-from rille.diagnosis.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted, noise_of
+import numpy as np
+
+from rille.diagnosis.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted, loud_channels, noise_of
 from rille.diagnosis.confound import groups
 from rille.diagnosis.evidence import Evidence
 from rille.diagnosis.fit import Fitted, estimates, fit_together
@@ -126,8 +128,9 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
                     on_progress: Progress | None) -> tuple[Screened, list[Fitted]]:  # fmt: skip
     """All hypotheses screened, and the best fitted. Those with whole numbers, which take many trials, only if others leave something."""
     cheap = [h for h in hypotheses if all(n.search != "order" for n in h.free)]
+    costly = [h for h in hypotheses if h not in cheap and _may_show(h, judge)]
     screened, singles, done = Screened(judge=judge, signatures=(), tries=0), [], []
-    for part in (cheap, [h for h in hypotheses if h not in cheap]):
+    for part in (cheap, costly):
         simple = min((one.chi2 for one in singles if one.count <= FEW_NUMBERS), default=judge.chi2)
         noise = noise_of(judge, simple, judge.degrees) * judge.degrees
         if not part or (singles and simple - noise < LITTLE * (judge.chi2 - noise)):
@@ -140,6 +143,14 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
         done += [s.hypothesis for s in chosen]
         singles += fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in chosen], on_progress=on_progress)
     return screened, singles
+
+
+def _may_show(hypothesis: Hypothesis, judge: Judge) -> bool:
+    """Whether the channels of what a hypothesis acts on differ; or there are none. What acts on a joint moves that joint most."""
+    channels = judge.evidence.channels
+    own = [k for k, channel in enumerate(channels) if hypothesis.target in ("*", channel.target)]
+    loud = loud_channels(judge)
+    return bool(np.isin(own, loud).any()) if own else bool(len(loud))
 
 
 def _fitted_pairs(screened: Screened, best_drop: float, on_progress: Progress | None) -> list[Fitted]:

@@ -10,6 +10,7 @@ FACTORS = (0.2, 5.0, 0.04, 25.0)  # of a number that is looked for over decades,
 EVERY_ORDER = 32  # whole numbers up to here are all tried
 ORDERS = (36, 40, 42, 44, 45, 48, 50, 52, 54, 56, 60, 64, 72, 80, 84, 90, 96, 100, 108, 120, 128, 144, 160, 180, 200, 240, 256, 300, 360,
           400, 500)  # fmt: skip
+TONE, FARTHEST_TONE = 1.25, 7.0  # ratio of neighbouring frequencies, and of the farthest one to the first guess
 PHASES = (0.5 * np.pi, np.pi, -0.5 * np.pi)  # beside 0, where two trials cannot give the phase
 Values = dict[str, float]
 Tries = Mapping[str, Sequence[Mapping[str, float]]]
@@ -36,9 +37,20 @@ def shape_tries(hypothesis: Hypothesis, times: Sequence[float] = (), given: Sequ
     for number in shape:
         if number is turning or (given and number.search != "order"):
             continue
-        guesses = [float(value) for value in _guesses(number, times, several) if number.lower <= value <= number.upper]
+        swings = hypothesis.memory and number.unit == "rad/s"
+        guesses = [
+            float(value)
+            for value in (_resonances(number) if swings else _guesses(number, times, several))
+            if number.lower <= value <= number.upper
+        ]
         tries += [tries[0] | {number.name: value} for value in guesses]
     return [dict(one) for one in dict.fromkeys(tuple(sorted(one.items())) for one in tries)]
+
+
+def _resonances(number: FreeNumber) -> Sequence[float]:
+    """Frequencies [rad/s] of something that swings: its resonance is narrow."""
+    count = int(np.log(FARTHEST_TONE) / np.log(TONE))
+    return [number.start * TONE**k for k in range(-count, count + 1) if k]
 
 
 def _guesses(number: FreeNumber, times: Sequence[float], several: bool) -> Sequence[float]:

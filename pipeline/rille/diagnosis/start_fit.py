@@ -9,7 +9,7 @@ alone.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -127,6 +127,7 @@ def fit_starts(
     *,
     say: Sequence[bool] | None = None,
     far: float = 1.0,
+    error: Callable[[Array], Sequence[Array]] | None = None,
 ) -> StartFit:
     """Fitted start states.
 
@@ -134,12 +135,16 @@ def fit_starts(
     ----------
     say : of each channel of ``samples``, whether it takes part in the fit; the others get their derivatives only. None: all do.
     far : share of the windows; if more than that are not fitted near their smoothed starts, none is tried far from it: then the model is
-        what is wrong.
+        what is wrong. error : of states (n_windows, n), what the simulator's step does to each channel (m,) [unit]; starts are fitted to
+        what it would show without. None: nothing.
     """
     problem = _Problem(simulator, starts, stops, samples)
     directions = _visible(problem, len(starts.coordinates))
     descent = _Descent(problem, directions, say)
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
+    if error is not None:
+        descent.correct(error(problem.states(descent.standard[None])[0]))
+        descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
     unfit = descent.unfit()
     if len(unfit) <= far * problem.n_windows:
         descent.extend(unfit, on_progress)
@@ -263,6 +268,14 @@ class _Descent:
             active = np.setdiff1d(active, better[gained[better] < WORTH])
         if on_progress:
             on_progress(ROUNDS, ROUNDS, stage)
+
+    def correct(self, error: Sequence[Array]) -> None:
+        """Takes what the step does to each channel (m,) [unit] off what is simulated."""
+        self.problem.samples = [replace(s, value=s.value + e) for s, e in zip(self.problem.samples, error, strict=True)]
+        for blocks in (self.left, [block for _, block in self.at_start]):
+            for block, s, e in zip(blocks, self.problem.samples, error, strict=True):
+                block += np.where(np.abs(block) < ENDED, e / s.noise, 0.0)
+        self.cost = self._costs(self.left, self.standard)
 
     def _excess(self) -> tuple[Array, Array]:
         """Chi-squared per sample (n_windows,) of those within the horizon, and how many they are."""

@@ -25,11 +25,12 @@ def finest(simulator: Any) -> float:
     return float(simulator.own_step) / FINER
 
 
-def step_error(coarse: Any, fine: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
-    """Of each channel (m,) [unit] the error of the predictions of ``coarse``; 0 where a run ended.
+def step_error(coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
+    """Of each channel (m,) [unit] the error of the predictions of a simulator; 0 where a run ended.
 
-    coarse, fine : the same simulator with two steps. states (n_windows, n), stops (n_windows,) [s] : of the windows.
+    states (n_windows, n), stops (n_windows,) [s] : of the windows.
     """
+    fine = coarse.changed(step=finest(coarse))
     bare, picks = [s.channel for s in samples], [(s.window, s.time) for s in samples]
     factor = coarse.step / (coarse.step - fine.step)
     found = []

@@ -11,6 +11,7 @@ from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
 
 Array = NDArray[np.float64]
 ROUNDED = 1e-6  # [s] of stamps
+POLE = 1.2  # [rad] pitch beyond which errors of roll and yaw grow threefold
 GAP = 0.25  # of a window: a longer stretch without any sample of the state ends the window before it
 
 
@@ -28,7 +29,8 @@ def cut(recording: Recording, channels: Sequence[Channel], window: float | None,
 
     A window that a gap would cut ends where the gap begins, and the next starts behind it. ``run_up`` [s]: the simulation begins so much
     earlier, so that wheels and contacts have found their loads where the comparison starts; where nothing was recorded before (at the
-    beginning, behind a gap), it starts so much later instead.
+    beginning, behind a gap), it starts so much later instead. Windows of a body that points straight up or down, as angles tell it, are
+    left out.
 
     Raises
     ------
@@ -63,7 +65,18 @@ def cut(recording: Recording, channels: Sequence[Channel], window: float | None,
         stops.append(edge[1:])
     if not begins:
         raise InputRefused(f"recording '{recording.name}' has no stretch without gaps that is longer than {run_up + 4 * step:g} s")
-    return Cut(begins=np.concatenate(begins), starts=np.concatenate(starts), stops=np.concatenate(stops))
+    made = Cut(begins=np.concatenate(begins), starts=np.concatenate(starts), stops=np.concatenate(stops))
+    return made if window is None else _off_the_pole(made, channels)
+
+
+def _off_the_pole(made: Cut, channels: Sequence[Channel]) -> Cut:
+    """Windows in which recorded roll, pitch and yaw stay away from where roll and yaw turn about one axis; all, if none does."""
+    kept = np.ones(len(made.starts), dtype=bool)
+    for channel in channels:
+        if channel.component == "pitch":
+            near = np.sort((channel.time - channel.delay)[np.abs(channel.value) > POLE])
+            kept &= np.searchsorted(near, made.begins) == np.searchsorted(near, made.stops)
+    return Cut(begins=made.begins[kept], starts=made.starts[kept], stops=made.stops[kept]) if kept.any() else made
 
 
 def _up(time: float, step: float) -> float:
