@@ -28,6 +28,10 @@ def diagnose(
     held_out: Annotated[
         list[str] | None, typer.Option(help="Recordings to prove the answer on, repeatable; default: some of several, the end of one.")
     ] = None,
+    calm: Annotated[
+        list[str] | None,
+        typer.Option(help="Recordings of the same machine in which nothing pushed it, repeatable: short pushes in the others are found."),
+    ] = None,
     window: Annotated[
         str | None, typer.Option(help="Length of the windows that are replayed; default: as long as errors of their starts stay small.")
     ] = None,
@@ -49,6 +53,7 @@ def diagnose(
 
     Example: rille diagnose rover.db drive/1 drive/2 --held-out drive/3 -o report.html
     Example: rille diagnose pendulum.db 'acrobot/*' --without sensor --json
+    Example: rille diagnose pendulum.db 'disturbed/*' --calm 'acrobot/*' --calm 'pendubot/*' -o pushes.html
     """
     from rille import store
     from rille.diagnosis.diagnose import Options
@@ -62,12 +67,15 @@ def diagnose(
     if not 1 <= most <= MOST:
         raise InputRefused(f"--most is {most}; an answer has 1 to {MOST} pieces")
     _require_writable(database, report)
-    training, aside = _named(database, recording, held_out, scenario)
+    if calm and (held_out or only or without):
+        raise InputRefused("--calm looks for pushes alone; --held-out, --only and --without belong to the search for what is missing")
+    training, aside = _named(database, recording, calm or held_out, scenario)
     options = Options(window=length, most=most, only=tuple(only or ()), without=tuple(without or ()))
-    stages = _stages(database, training, aside, options, fresh)
+    stages = _stages(database, training, aside, options, bool(calm), fresh)
     with progress("diagnosing") as update:
         try:
-            diagnosis = _diagnosed(database, training, aside, options, cluster, stages, update)
+            work = _pushed if calm else _diagnosed
+            diagnosis = work(database, training, aside, options, cluster, stages, update)
         except KeyboardInterrupt:
             say("finished stages are kept; the same command goes on from there")
             raise
@@ -133,7 +141,9 @@ def _named(
     return [read[name] for name in names], [read[name] for name in aside]
 
 
-def _stages(database: Path, training: Sequence["Recording"], aside: Sequence["Recording"], options: "Options", fresh: bool) -> "Stages":
+def _stages(
+    database: Path, training: Sequence["Recording"], aside: Sequence["Recording"], options: "Options", calm: bool, fresh: bool
+) -> "Stages":
     """Stages of this very question: model, samples, options and code."""
     import json
 
@@ -145,7 +155,7 @@ def _stages(database: Path, training: Sequence["Recording"], aside: Sequence["Re
         "model": store.model_digest(database),
         "recordings": [recording_digest(r) for r in training],
         "held_out": [recording_digest(r) for r in aside],
-        "options": asdict(options),
+        "options": asdict(options) | {"calm": calm},
         "code": code_digest(),
     }
     stages = Stages(json.dumps(key, sort_keys=True))
@@ -186,6 +196,29 @@ def _diagnosed(
         )
     with simulators(database, cluster) as simulator_of:
         return diagnose(simulator_of, training, aside, kinds=kinds, options=options, stage=stages, on_progress=update)
+
+
+def _pushed(
+    database: Path,
+    training: Sequence["Recording"],
+    calm: Sequence["Recording"],
+    options: "Options",
+    cluster: str | None,
+    stages: "Stages",
+    update: Callable[[str, float], None],
+) -> "Diagnosis":
+    """Short pushes beside calm recordings."""
+    from rille import store
+    from rille.cli.simulators import simulators
+    from rille.diagnosis.diagnose_pushes import WINDOW, diagnose_pushes
+    from rille.model import InputRefused
+
+    if training[0].kind == "points":
+        raise InputRefused("--calm looks for pushes over time; bench points have none")
+    with simulators(database, cluster) as simulator_of:
+        window = options.window or WINDOW
+        kinds = store.effect_kinds()
+        return diagnose_pushes(simulator_of, training, calm, kinds=kinds, window=window, stage=stages, on_progress=update)
 
 
 def _finding(diagnosis: "Diagnosis", numbers: dict[str, Any]) -> "Finding":

@@ -40,8 +40,8 @@ def differs(judge: Judge) -> bool:
 
 def loud_channels(judge: Judge) -> Whole:
     """Numbers of the channels in which the base of a judge differs from the data beyond the noise."""
-    degrees = np.maximum(judge.channel_degrees, 1.0)
-    beyond = judge.channel_chi2 - judge.floor * degrees
+    degrees = np.maximum(judge.per_channel(judge.metric.own_degrees), 1.0)
+    beyond = judge.per_channel(judge.base**2) - judge.floor * degrees
     return np.flatnonzero(beyond > np.maximum(judge.floor * SIGNIFICANT * np.sqrt(2.0 * degrees), LEAST_IN_CHANNEL * degrees))
 
 

@@ -17,6 +17,7 @@ GRID = 24  # steps of which the windows that are tried begin and end at whole mu
 WINDOWS = 8
 SMALL = 0.3  # [sigma] root mean square of a channel that a larger step may change in three of four windows: most of it is taken off
 QUARTER = 0.75
+RESOLVED = 0.5  # of the shortest sampling interval: ripples that samples can show are faster than longer steps
 
 
 def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise: Mapping[str, tuple[float, str]]) -> float:
@@ -42,7 +43,10 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
     own = [a[0] for a in fine.predict(part.states[None], part.last, bare, picks)]
     number = part.ordered([np.full(len(s.time), k) for k, s in enumerate(part.samples)])
     place = number * len(part.first) + part.ordered([s.window for s in part.samples])
+    interval = min(float(np.median(np.diff(c.time))) for c in recording.with_role("observed") if len(c.time) > 2)
     for multiple in MULTIPLES:
+        if multiple * simulator.step > RESOLVED * interval:
+            continue
         model = part.simulator.changed(step=multiple * simulator.step)
         answers = [a[0] for a in model.predict(part.states[None], part.last, bare, picks)]
         change = part.ordered([residuals(replace(s, value=a), b) / s.noise for s, a, b in zip(part.samples, answers, own, strict=True)])

@@ -23,7 +23,7 @@ class Judge:
     """Evidence with its metric and the setting that others are compared with.
 
     base (N,) : whitened residual of ``on_top``. chi2, degrees : sums over windows; ``floor`` is the chi-squared per degree that noise
-    alone gives. channel_chi2, channel_degrees (channels,). ``replays`` : settings that were run so far.
+    alone gives. ``replays`` : settings that were run so far.
     """
 
     def __init__(self, evidence: Evidence, on_top: Setting = (), *, floor: float = 1.0) -> None:
@@ -38,9 +38,10 @@ class Judge:
         self._penalty = np.where(self._raw == ENDED, ENDED, np.maximum(ENDED, 2.0 * np.abs(self._raw)))
         self.base = self.metric.whitened(self._raw[None])[0]
         self.chi2 = float(self.base @ self.base)
-        n_channels = len(evidence.channels)
-        self.channel_chi2 = np.bincount(evidence.channel, self.base**2, n_channels)
-        self.channel_degrees = np.bincount(evidence.channel, self.metric.own_degrees, n_channels)
+
+    def per_channel(self, values: Array) -> Array:
+        """(channels,) sums over the channels of (N,) values."""
+        return np.bincount(self.evidence.channel, values, len(self.evidence.channels)).astype(float)
 
     @property
     def excess(self) -> float:

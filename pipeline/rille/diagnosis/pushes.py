@@ -12,7 +12,7 @@ from rille.diagnosis.residual_effort import ResidualEffort, residual_effort
 from rille.diagnosis.transients import Alarm, alarms, find_pulses
 from rille.model import EffectKind, InputRefused
 from rille.model.diagnosis import Transient
-from rille.model.hypothesis import Setting
+from rille.model.hypothesis import Setting, Term
 from rille.model.recording import Recording
 
 Told = Callable[[int, int, str], None]
@@ -20,11 +20,15 @@ Told = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushCalibration:
-    """What recordings without pushes teach. setting : what the model lacks there, on top of it. uncertainty : what it still is wrong by.
-    alarm : scores that come up though nothing pushes.
+    """What recordings without pushes teach.
+
+    setting : what the model lacks there. leading : the few laws and numbers of it that matter most, with standard errors of their numbers
+    and the share of the residual effort that each takes away. uncertainty : what the model still is wrong by. alarm : scores that come up
+    though nothing pushes.
     """
 
     setting: Setting
+    leading: tuple[tuple[Term, tuple[float, ...], float], ...]
     uncertainty: EffortUncertainty
     alarm: Alarm
 
@@ -52,12 +56,15 @@ def calibrate_pushes(
 
     raw = [_effort(simulator, recording, (), told, k, len(clean)) for k, recording in enumerate(clean)]
     hypotheses = candidates(simulator.machine(), clean[0].channels, kinds)
-    setting = fit_efforts(simulator, list(zip(clean, raw, strict=True)), hypotheses, on_progress=on_progress)
+    fitted = fit_efforts(simulator, list(zip(clean, raw, strict=True)), hypotheses, on_progress=on_progress)
+    setting = fitted.setting
     groups: dict[str, list[ResidualEffort]] = {}
     for k, recording in enumerate(clean):
         groups.setdefault(_group(recording.name), []).append(_effort(simulator, recording, setting, told, k, len(clean)))
     uncertainty = calibrate(list(groups.values()), on_progress=on_progress)
-    return PushCalibration(setting=setting, uncertainty=uncertainty, alarm=alarms(list(groups.values()), uncertainty))
+    return PushCalibration(
+        setting=setting, leading=fitted.leading, uncertainty=uncertainty, alarm=alarms(list(groups.values()), uncertainty)
+    )
 
 
 def find_pushes(

@@ -85,6 +85,11 @@ def settle(
         here = Judge(anew, taken.setting, floor=state.first.floor)
         trifle = LEAST_SHARE * here.degrees
         bent = here.chi2 < taken.chi2 - trifle
+        if here.chi2 > taken.chi2 + trifle:  # numbers may have made up for what the step does, and it is other under the new model
+            (again,) = fit_together(here, [[taken.setting]])
+            state.replays += here.replays
+            here = Judge(anew, again.setting, floor=state.first.floor)
+            taken = again if here.chi2 <= taken.chi2 + trifle else taken
         if here.chi2 > taken.chi2 + trifle:
             state.notes.append("starts fitted under the new model explain less than those before; the latter are kept")
             here = Judge(linear, taken.setting, floor=state.first.floor)

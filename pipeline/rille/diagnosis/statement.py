@@ -24,7 +24,7 @@ def statement(
     if verdict != "nothing_missing" and location.sentence:
         parts.append(location.sentence)
     if transients:
-        parts.append(_pushes(transients))
+        parts.append(pushes_in_words(transients))
     if proof is not None and verdict not in ("nothing_missing", "cannot_know"):
         parts.append(_proven(proof))
     if verdict in ("cannot_know", "unknown", "group") and limits:
@@ -81,7 +81,8 @@ def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedH
     return f"{'this is' if len(terms) == 1 else 'these are'} missing in the model: {named}{sure}{explained}"
 
 
-def _pushes(transients: Sequence[Transient]) -> str:
+def pushes_in_words(transients: Sequence[Transient]) -> str:
+    """How many, and the clearest."""
     strongest = max(transients, key=lambda t: abs(t.score))
     unit = "N" if strongest.component.startswith("force") else "N m"
     return (
