@@ -162,3 +162,12 @@ def test_wrong_questions_are_refused_before_anything_runs(pendulum, asked, argum
     with pytest.raises(InputRefused, match=words):
         run(pendulum, *arguments)
     assert asked == []
+
+
+def test_calm_recordings_are_for_pushes_alone(pendulum, asked):
+    """Options of the search are refused beside --calm, before anything is computed."""
+    for option in ("--held-out", "--only", "--without"):
+        done = rille("diagnose", pendulum, "run", "--calm", "run", option, "x")
+        assert done.returncode == 3
+        assert "--calm looks for pushes alone" in done.stderr
+    assert asked == []

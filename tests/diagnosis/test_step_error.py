@@ -1,0 +1,78 @@
+"""Finite steps: their error is found by one finer run, and faults of time stamps are read from trajectories that are kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from machines import chain
+from recorded import record
+from rille import simulate
+from rille.diagnosis.evidence_part import gather_part
+from rille.diagnosis.noise_floor import shared_noise
+from rille.diagnosis.step_error import step_error
+from rille.diagnosis.windows import cut
+from rille.model import Command, Drive, Scenario
+from rille.model.hypothesis import FreeNumber, Hypothesis
+from rille.model.recording import Channel, Recording
+from swung import model, recorded
+
+WINDOW = 0.5  # [s]
+
+
+def servo(make_model):
+    """A rod behind a speed drive of finite gain, whose set speed changes every 0.1 s: the semi-implicit steps lead by half a step."""
+    rover = replace(chain([0.2], [0.6]), drives=(Drive(name="hinge1", joint="hinge1", mode="speed", max_torque=20.0, speed_gain=0.2),))
+    commands = tuple(Command(drive="hinge1", time=0.1 * k, value=float(1.5 * np.sin(0.7 * k))) for k in range(40))
+    scenario = Scenario(name="s", duration=4.0, step=4e-3, commands=commands)
+    path = make_model(rover, scenario, None, ())
+    angle = Channel(name="angle", quantity="joint.position", target="hinge1", unit="rad", noise=1e-4)
+    run = record(path, [angle], duration=4.0, rate=200, seed=1)
+    time, value = (np.array([getattr(c, word) for c in commands]) for word in ("time", "value"))
+    log = Channel(name="set", quantity="joint.velocity", target="hinge1", unit="rad/s", role="command", time=time, value=value)
+    return path, replace(run, channels=(*run.channels, log))
+
+
+def test_what_a_step_does_is_taken_off(make_model):
+    """Against a run with 1/16 of the step: corrected by a run with half of it the error is of second order, a tenth or less here."""
+    path, run = servo(make_model)
+    coarse = simulate.Replayer(path)
+    part = gather_part(coarse, run, window=WINDOW, noise=shared_noise([run]))
+    samples, states, stops = part.samples, part.states, part.last
+    picks = [(s.window, s.time) for s in samples]
+    channels = [s.channel for s in samples]
+    rough, fine = (part.simulator.changed(step=h).predict(states[None], stops, channels, picks)[0][0] for h in (4e-3, 4e-3 / 16))
+    (error,) = step_error(part.simulator, states, stops, samples)
+    before, after = np.sqrt(np.mean((rough - fine) ** 2)), np.sqrt(np.mean((rough - error - fine) ** 2))
+    assert before > 3e-4
+    assert after < 0.12 * before
+    assert np.array_equal(part.error[0], error)
+
+
+def test_a_delay_that_is_read_is_a_delay_that_is_replayed(make_model):
+    """Two descriptions of a late torque sensor, which shows no state: trajectories read at other instants, and runs asked for these."""
+    path, scenario = model(make_model, 4)
+    run = recorded(path, scenario, 4)
+    part = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
+    number = FreeNumber(name="delay", unit="s", amplitude=True, lower=0.0, upper=1.0, start=0.01, spread=0.01)
+    late = Hypothesis(cause="sensor", kind="delay", target="torque1", target_kind="channel", free=(number,))
+    setting = (late.at({"delay": 0.013}),)
+    plan = part._plan(setting)
+    assert plan.reread
+    assert part._reread(plan) == pytest.approx(part._replayed(part.simulator, plan), abs=1e-9)
+    assert np.abs(part._reread(plan) - part.residuals([()])[0]).max() > 1.0
+
+
+def test_windows_in_which_a_body_points_straight_up_are_left_out():
+    """Pitch passes 1.2 rad between 2 and 3 s; where it always does, all windows stay."""
+    time = np.arange(0, 6, 0.02)
+    pitch = np.where((time > 2.1) & (time < 2.9), 1.4, 0.3)
+    channels = [
+        Channel(name=c, quantity="part.orientation", target="body", component=c, unit="rad", time=time, value=v)
+        for c, v in (("roll", 0 * time), ("pitch", pitch), ("yaw", 0 * time))
+    ]
+    recording = Recording(name="r", channels=tuple(channels))
+    parts = cut(recording, channels, 1.0, 1e-3)
+    assert parts.starts == pytest.approx([0.0, 1.0, 3.0, 4.0, 5.0])
+    steep = [replace(c, value=np.full(len(time), 1.4)) if c.component == "pitch" else c for c in channels]
+    assert len(cut(recording, steep, 1.0, 1e-3).starts) == 6
