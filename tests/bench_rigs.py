@@ -6,7 +6,7 @@ import numpy as np
 
 from effect_rigs import LUNAR_SOIL
 from rille import simulate, store
-from rille.diagnosis.bench_rig import BenchRig
+from rille.diagnosis.bench.bench_rig import BenchRig
 from rille.model import BenchPoints, BenchWheel
 from rille.model.recording import Channel, Recording
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rille.diagnosis.evidence import ENDED
+from rille.diagnosis.evidence.evidence import ENDED
 from rille.model.hypothesis import FreeNumber, Hypothesis
 from rille.model.recording import Channel
 

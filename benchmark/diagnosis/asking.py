@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rille import simulate, store
 from rille.cli.bench_rigs import bench_rig
-from rille.diagnosis.bench_diagnosis import diagnose_bench
+from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
 from rille.diagnosis.diagnose import diagnose
 from rille.model.diagnosis import Diagnosis
 

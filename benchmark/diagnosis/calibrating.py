@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rille.diagnosis.weights import Trial, calibrated, calibration, probabilities, write_calibration
+from rille.diagnosis.inference.weights import Trial, calibrated, calibration, probabilities, write_calibration
 
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0001)
 

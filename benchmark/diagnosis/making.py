@@ -19,7 +19,7 @@ from rille import diagnosis, simulate, store
 from rille.cli.compare_points import compare_points
 from rille.cli.import_recording import import_recording
 from rille.cli.record_run import simulated_recording
-from rille.diagnosis.pooled import pool
+from rille.diagnosis.comparison.pooled import pool
 from rille.model import InputRefused, PhysicsFailed, Scenario
 from rille.model.comparison import Comparison
 from rille.model.recording import Recording

@@ -8,7 +8,7 @@ from making import Truth
 from subjects import Subject, subject
 from trials import trial_named
 
-from rille.diagnosis.bench_rig import LOG
+from rille.diagnosis.bench.bench_rig import LOG
 from rille.model.diagnosis import Diagnosis, RankedHypothesis
 from rille.model.hypothesis import Hypothesis, Term
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from rille import store
-from rille.diagnosis.pushes import PushCalibration, calibrate_pushes, find_pushes
+from rille.diagnosis.pushes.pushes import PushCalibration, calibrate_pushes, find_pushes
 from rille.model.diagnosis import Transient
 from rille.model.recording import Recording
 from rille.model.sheet import expand

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from rille.diagnosis.changes import Change, find_changes
+from rille.diagnosis.pushes.changes import Change, find_changes
 from rille.model.sheet import expand
 
 HERE = Path(__file__).parent

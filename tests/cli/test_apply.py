@@ -14,7 +14,7 @@ from command import assert_refused, rille
 from machines import cart, plane
 from made_diagnosis import COULOMB, free
 from rille import store
-from rille.diagnosis.diagnosis_json import setting_json
+from rille.diagnosis.answer.diagnosis_json import setting_json
 from rille.model import Command, Effect, InputRefused, Scenario
 from rille.model.finding import Finding
 from rille.model.hypothesis import Hypothesis

@@ -15,7 +15,7 @@ from made_diagnosis import COULOMB, made_diagnosis, named
 from rille import store
 from rille.cli.main import app
 from rille.cli.stages import KEPT, Stages
-from rille.diagnosis.difference import find_difference
+from rille.diagnosis.comparison.difference import find_difference
 from rille.model import Effect, InputRefused
 from rille.model.recording import Channel, Recording
 from view.difference_case import comparison

@@ -7,10 +7,10 @@ import pytest
 
 from bench_rigs import KINDS, LUGGED, WHEEL, made_rig
 from effect_rigs import LUNAR_SOIL
-from rille.diagnosis.bench_calibration import calibrate, plain
-from rille.diagnosis.bench_diagnosis import diagnose_bench
-from rille.diagnosis.bench_evidence import gather_bench
-from rille.diagnosis.bench_hypotheses import bench_hypotheses, conditional, open_terms
+from rille.diagnosis.bench.bench_calibration import calibrate, plain
+from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
+from rille.diagnosis.bench.bench_evidence import gather_bench
+from rille.diagnosis.bench.bench_hypotheses import bench_hypotheses, conditional, open_terms
 from rille.model import Effect
 
 OTHER_SOIL = replace(

@@ -7,7 +7,13 @@ import pytest
 
 from effect_rigs import LUNAR_SOIL, SMOOTH
 from rille import simulate
-from rille.diagnosis.bench_difference import compare_bench, find_curves, repeat_groups, scatter_of_differences, scatter_of_repeats
+from rille.diagnosis.comparison.bench_difference import (
+    compare_bench,
+    find_curves,
+    repeat_groups,
+    scatter_of_differences,
+    scatter_of_repeats,
+)
 from rille.model import BenchPoints, InputRefused
 from rille.model.recording import Channel, GateFinding, Recording
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from rille.diagnosis.bounded_squares import bounded_minimum
+from rille.diagnosis.inference.bounded_squares import bounded_minimum
 
 
 def test_agrees_with_scipy_within_bounds():

@@ -10,10 +10,10 @@ from rille._solver import Model, Simulation
 from machines import LUNAR_SOIL, cart, chain, plane
 from made_machines import machine_of
 from rille import simulate, store
-from rille.diagnosis.candidates import candidates, of_kind
-from rille.diagnosis.natural import factor_of, natural, size_of
-from rille.diagnosis.sensor_hypotheses import channels_of
-from rille.diagnosis.tries import place_tries
+from rille.diagnosis.hypotheses.candidates import candidates, of_kind
+from rille.diagnosis.hypotheses.natural import factor_of, natural, size_of
+from rille.diagnosis.hypotheses.sensor_hypotheses import channels_of
+from rille.diagnosis.hypotheses.tries import place_tries
 from rille.model import Command, Drive, Effect, Grouser, Scenario
 from rille.model.diagnosis import Location, Span
 from rille.model.recording import Channel
@@ -66,7 +66,7 @@ def test_modules_know_no_law_by_name(repository: Path):
     """Only the words that are laws and words of the language at once are spared."""
     names = {k.name for k in KINDS} - {"bias", "scale", "delay", "drift", "expression", "saturation"}
     for module in ("candidates", "natural", "parameter_hypotheses", "sensor_hypotheses", "tries"):
-        text = (repository / f"pipeline/rille/diagnosis/{module}.py").read_text()
+        text = (repository / f"pipeline/rille/diagnosis/hypotheses/{module}.py").read_text()
         assert [name for name in names if name in text] == [], module
 
 

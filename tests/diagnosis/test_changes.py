@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from rille.diagnosis.changes import find_changes
+from rille.diagnosis.pushes.changes import find_changes
 from rille.model.sheet import data_folder
 
 

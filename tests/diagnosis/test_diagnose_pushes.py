@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from rille.diagnosis.diagnose_pushes import found_delays, late_commands
+from rille.diagnosis.pushes.diagnose_pushes import found_delays, late_commands
 from rille.model.recording import Channel, GateFinding, Recording
 
 

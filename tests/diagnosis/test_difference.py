@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from made_comparison import ADVANCE, NOISE, made_comparison
-from rille.diagnosis.difference import find_difference
-from rille.diagnosis.difference_json import COLUMNS, difference_csv, difference_json, difference_lines
+from rille.diagnosis.comparison.difference import find_difference
+from rille.diagnosis.comparison.difference_json import COLUMNS, difference_csv, difference_json, difference_lines
 from rille.model import InputRefused
 
 FAULTS = {

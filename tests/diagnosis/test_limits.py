@@ -6,7 +6,7 @@ import numpy as np
 
 from machines import LUNAR_SOIL, cart, chain
 from made_machines import machine_of
-from rille.diagnosis.limits import limits
+from rille.diagnosis.answer.limits import limits
 from rille.model import Drive
 from rille.model.difference import Difference, WindowDifference
 from rille.model.recording import Channel, Recording

@@ -9,10 +9,10 @@ from rille._solver import Simulation
 from effect_rigs import particle
 from machines import cart, chain, plane
 from rille import simulate, store
-from rille.diagnosis.candidates import candidates
-from rille.diagnosis.maneuvers import library, scenario_text
-from rille.diagnosis.natural import natural
-from rille.diagnosis.next_experiment import ENOUGH, next_experiments
+from rille.diagnosis.answer.maneuvers import library, scenario_text
+from rille.diagnosis.answer.next_experiment import ENOUGH, next_experiments
+from rille.diagnosis.hypotheses.candidates import candidates
+from rille.diagnosis.hypotheses.natural import natural
 from rille.model import Command, Drive, Pose, Scenario
 from rille.model.recording import Channel, Recording
 

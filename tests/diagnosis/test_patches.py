@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from rille.diagnosis.patches import patch_tries
+from rille.diagnosis.inference.patches import patch_tries
 from rille.model.hypothesis import FreeNumber, Hypothesis
 
 EACH = 12  # samples of a window

@@ -7,9 +7,9 @@ import pytest
 
 from recorded import commanded, record
 from rille import simulate, store
-from rille.diagnosis.effort_uncertainty import NUMBERS, covariance, points_of, usual_of
-from rille.diagnosis.pushes import calibrate_pushes, find_pushes
-from rille.diagnosis.residual_effort import residual_effort
+from rille.diagnosis.pushes.effort_uncertainty import NUMBERS, covariance, points_of, usual_of
+from rille.diagnosis.pushes.pushes import calibrate_pushes, find_pushes
+from rille.diagnosis.pushes.residual_effort import residual_effort
 from rille.model import Effect, InputRefused
 from swung import model, sensors
 

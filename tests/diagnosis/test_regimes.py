@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from made_comparison import ADVANCE, NOISE, made_comparison
-from rille.diagnosis.difference import find_difference
+from rille.diagnosis.comparison.difference import find_difference
 from rille.model.comparison import Regimes
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rille import simulate
-from rille.diagnosis.diagnosis_step import diagnosis_step
-from rille.diagnosis.evidence import Metric
-from rille.diagnosis.held_out import Parts, cut_in_time
-from rille.diagnosis.noise_floor import shared_noise
-from rille.diagnosis.prove import prove
-from rille.diagnosis.replay_evidence import gather
+from rille.diagnosis.answer.prove import prove
+from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
+from rille.diagnosis.evidence.evidence import Metric
+from rille.diagnosis.evidence.held_out import Parts, cut_in_time
+from rille.diagnosis.evidence.replay_evidence import gather
+from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import Effect
 from rille.model.hypothesis import FreeNumber, Hypothesis
 from swung import model, recorded

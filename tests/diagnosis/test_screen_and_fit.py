@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rille.diagnosis.fit import estimates, fit
-from rille.diagnosis.judge import Judge
-from rille.diagnosis.screen import screen
-from rille.diagnosis.shape_tries import shape_tries
+from rille.diagnosis.hypotheses.shape_tries import shape_tries
+from rille.diagnosis.inference.fit import estimates, fit
+from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.screen import screen
 from rille.model.hypothesis import Setting
 from toy_evidence import catalogue, effect, named, number, recorded
 

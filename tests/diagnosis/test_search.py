@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rille.diagnosis.search import search
+from rille.diagnosis.inference.search import search
 from toy_evidence import catalogue, effect, named, number, recorded
 
 PLANTED = {

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rille.diagnosis.kinematic_smoother import Series, smooth
-from rille.diagnosis.noise_floor import difference_noise, noise_of
+from rille.diagnosis.starts.kinematic_smoother import Series, smooth
+from rille.diagnosis.starts.noise_floor import difference_noise, noise_of
 from rille.model.recording import Channel
 
 

@@ -8,10 +8,10 @@ import pytest
 from machines import chain
 from recorded import record
 from rille import simulate
-from rille.diagnosis.evidence_part import gather_part
-from rille.diagnosis.noise_floor import shared_noise
-from rille.diagnosis.step_error import step_error
-from rille.diagnosis.windows import cut
+from rille.diagnosis.evidence.evidence_part import gather_part
+from rille.diagnosis.starts.noise_floor import shared_noise
+from rille.diagnosis.starts.step_error import step_error
+from rille.diagnosis.starts.windows import cut
 from rille.model import Command, Drive, Scenario
 from rille.model.hypothesis import FreeNumber, Hypothesis
 from rille.model.recording import Channel, Recording

@@ -17,8 +17,8 @@ from tables import write_tables
 from trials import DEVELOPMENT, Trial, development, full, quick, trial_named
 
 from rille import store
-from rille.diagnosis.weights import Calibration
-from rille.diagnosis.weights import Trial as Weighed
+from rille.diagnosis.inference.weights import Calibration
+from rille.diagnosis.inference.weights import Trial as Weighed
 from rille.model.diagnosis import Diagnosis, Group, Location, NamedTerm, RankedHypothesis, TargetScore
 from rille.model.hypothesis import FreeNumber, Hypothesis
 

@@ -9,11 +9,11 @@ from machines import cart, chain, plane
 from made_machines import machine_of
 from recorded import record
 from rille import simulate, store
-from rille.diagnosis.applied import setting_effects
-from rille.diagnosis.formulas import as_setting, in_words, laws_of
-from rille.diagnosis.natural import natural
-from rille.diagnosis.replay_evidence import gather
-from rille.diagnosis.unknown import find_unknown
+from rille.diagnosis.evidence.applied import setting_effects
+from rille.diagnosis.evidence.replay_evidence import gather
+from rille.diagnosis.hypotheses.formulas import as_setting, in_words, laws_of
+from rille.diagnosis.hypotheses.natural import natural
+from rille.diagnosis.inference.unknown import find_unknown
 from rille.model import Command, Drive, Effect, InitialJointState, Scenario
 from rille.model.recording import Channel
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rille.diagnosis.folds import folds
-from rille.diagnosis.rank import standard_errors_that_count
-from rille.diagnosis.weights import Calibration, Trial, calibrated, evidence_against, probabilities
+from rille.diagnosis.inference.folds import folds
+from rille.diagnosis.inference.rank import standard_errors_that_count
+from rille.diagnosis.inference.weights import Calibration, Trial, calibrated, evidence_against, probabilities
 
 FIRM = Calibration(temperature=1.0, none_offset=1.5, none_slope=3.0)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from made_comparison import NOISE, made_comparison
-from rille.diagnosis.pooled import pool
-from rille.diagnosis.whiteness import whiteness
+from rille.diagnosis.comparison.pooled import pool
+from rille.diagnosis.comparison.whiteness import whiteness
 
 
 @pytest.mark.parametrize("fitted", [False, True])

@@ -10,7 +10,7 @@ from machines import cart, chain, plane
 from recorded import commanded, record
 from rille import simulate, store
 from rille.cli.bench_rigs import bench_rig
-from rille.diagnosis.bench_diagnosis import diagnose_bench
+from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
 from rille.diagnosis.diagnose import diagnose
 from rille.model import Command, Effect, InputRefused, Pose, Scenario
 from rille.model.recording import Channel, Recording

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from made_diagnosis import BIAS, COULOMB, PATCH, WHEEL, made_diagnosis, named, ranked
-from rille.diagnosis.diagnosis_json import diagnosis_json, diagnosis_lines, diagnosis_of, setting_json, setting_of
-from rille.diagnosis.difference import find_difference
+from rille.diagnosis.answer.diagnosis_json import diagnosis_json, diagnosis_lines, diagnosis_of, setting_json, setting_of
+from rille.diagnosis.comparison.difference import find_difference
 from rille.model import InputRefused
 from rille.model.diagnosis import Diagnosis, Location, Proof, Transient
 from rille.model.finding import RowChange

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from machines import plane
-from rille.diagnosis.difference import find_difference
+from rille.diagnosis.comparison.difference import find_difference
 from rille.model import InputRefused
 from rille.model.comparison import Comparison, Regimes
 from rille.model.difference import TargetDifference

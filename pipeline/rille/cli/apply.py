@@ -23,7 +23,7 @@ def apply(
     """
     from rille import __version__, store
     from rille.cli.proposal import proposal
-    from rille.diagnosis.diagnosis_json import TITLES, plain, setting_of
+    from rille.diagnosis.answer.diagnosis_json import TITLES, plain, setting_of
     from rille.model import InputRefused
 
     found = store.find_finding(database, finding)

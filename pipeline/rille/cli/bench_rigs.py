@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rille.diagnosis.bench_rig import BenchRig, RigSimulator
+    from rille.diagnosis.bench.bench_rig import BenchRig, RigSimulator
     from rille.model import BenchPoints, BenchWheel, Effect, Soil
     from rille.model.recording import Recording
 
@@ -24,7 +24,7 @@ def bench_rig(path: Path, recording: "Recording") -> tuple["BenchRig", tuple[str
     InputRefused : if wheel or soil are not known, or the points are none.
     """
     from rille import simulate
-    from rille.diagnosis.bench_rig import BenchRig
+    from rille.diagnosis.bench.bench_rig import BenchRig
     from rille.recording.points import bench_conditions, bench_target
 
     name = bench_target(recording)

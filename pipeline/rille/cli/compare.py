@@ -47,8 +47,8 @@ def compare(
     Example: rille compare pendulum.db 'acrobot/*' --inverse --json
     """
     from rille import store
-    from rille.diagnosis.difference import find_difference
-    from rille.diagnosis.difference_json import difference_csv, difference_json, difference_lines
+    from rille.diagnosis.comparison.difference import find_difference
+    from rille.diagnosis.comparison.difference_json import difference_csv, difference_json, difference_lines
     from rille.model import InputRefused
     from rille.model.quantity import to_si
 

@@ -17,7 +17,7 @@ def compare_points(path: Path, recording: "Recording") -> "Comparison":
     InputRefused : if wheel or soil are not known, or the points are none.
     """
     from rille.cli.bench_rigs import bench_rig
-    from rille.diagnosis.bench_difference import compare_bench
+    from rille.diagnosis.comparison.bench_difference import compare_bench
 
     rig, notes = bench_rig(path, recording)
     made = compare_bench(

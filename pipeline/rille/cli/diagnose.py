@@ -56,8 +56,8 @@ def diagnose(
     Example: rille diagnose pendulum.db 'disturbed/*' --calm 'acrobot/*' --calm 'pendubot/*' -o pushes.html
     """
     from rille import store
+    from rille.diagnosis.answer.diagnosis_json import diagnosis_json, diagnosis_lines
     from rille.diagnosis.diagnose import Options
-    from rille.diagnosis.diagnosis_json import diagnosis_json, diagnosis_lines
     from rille.model import InputRefused
     from rille.model.quantity import to_si
 
@@ -177,9 +177,9 @@ def _diagnosed(
     from rille import store
     from rille.cli.bench_rigs import bench_rig
     from rille.cli.simulators import simulators
-    from rille.diagnosis.bench_diagnosis import diagnose_bench
-    from rille.diagnosis.candidates import of_kind
+    from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
     from rille.diagnosis.diagnose import diagnose
+    from rille.diagnosis.hypotheses.candidates import of_kind
 
     kinds = store.effect_kinds()
     if training[0].kind == "points":
@@ -210,7 +210,7 @@ def _pushed(
     """Short pushes beside calm recordings."""
     from rille import store
     from rille.cli.simulators import simulators
-    from rille.diagnosis.diagnose_pushes import WINDOW, diagnose_pushes
+    from rille.diagnosis.pushes.diagnose_pushes import WINDOW, diagnose_pushes
     from rille.model import InputRefused
 
     if training[0].kind == "points":
@@ -243,7 +243,7 @@ def _write_report(path: Path, database: Path, diagnosis: "Diagnosis", numbers: d
     """The page, with the machine and the ground of the model, and the curves that the stages have."""
     from rille import store
     from rille.cli.proposal import proposal
-    from rille.diagnosis.difference import find_difference
+    from rille.diagnosis.comparison.difference import find_difference
     from rille.view.diagnosis_report import write_diagnosis_report
 
     comparisons = stages.get("comparisons") or ()

@@ -32,7 +32,7 @@ def proposal(database: Path, setting: "Setting", scenario: str) -> Proposal:
     InputRefused : for a parameter that the database does not hold.
     """
     from rille import store
-    from rille.diagnosis.applied import setting_effects
+    from rille.diagnosis.evidence.applied import setting_effects
 
     physics = tuple(term for term in setting if term.hypothesis.cause != "sensor")
     names = {name for term in physics for _, name, _ in term.hypothesis.moves}

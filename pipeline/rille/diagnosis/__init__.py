@@ -1,8 +1,8 @@
 """From a difference between model and measurement to a better model. The simulator is always an argument."""
 
-from rille.diagnosis.compare import compare_whole, compare_windows
-from rille.diagnosis.compare_inverse import compare_inverse
-from rille.diagnosis.noise_floor import shared_noise
-from rille.diagnosis.soil_fit import FitResult, Repeatability, fit_soil, repeatability
+from rille.diagnosis.bench.soil_fit import FitResult, Repeatability, fit_soil, repeatability
+from rille.diagnosis.comparison.compare import compare_whole, compare_windows
+from rille.diagnosis.comparison.compare_inverse import compare_inverse
+from rille.diagnosis.starts.noise_floor import shared_noise
 
 __all__ = ["FitResult", "Repeatability", "compare_inverse", "compare_whole", "compare_windows", "fit_soil", "repeatability", "shared_noise"]

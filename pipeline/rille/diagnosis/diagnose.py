@@ -8,25 +8,25 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rille.diagnosis.candidates import candidates, of_kind
-from rille.diagnosis.compare import compare_windows
-from rille.diagnosis.diagnosis_step import diagnosis_step
-from rille.diagnosis.difference import find_difference
-from rille.diagnosis.found import Found
-from rille.diagnosis.held_out import Parts, extent, held_out_parts
-from rille.diagnosis.limits import limits
-from rille.diagnosis.locate import locate
-from rille.diagnosis.natural import natural
-from rille.diagnosis.next_experiment import next_experiments
-from rille.diagnosis.noise_floor import shared_noise
-from rille.diagnosis.patches import patch_tries, window_places
-from rille.diagnosis.prove import prove
-from rille.diagnosis.replay_evidence import ReplayEvidence, gather
-from rille.diagnosis.search import search
-from rille.diagnosis.statement import statement
-from rille.diagnosis.tries import place_tries
-from rille.diagnosis.unknown import Unknown, find_unknown
-from rille.diagnosis.window_length import LENGTHS, window_length
+from rille.diagnosis.answer.limits import limits
+from rille.diagnosis.answer.locate import locate
+from rille.diagnosis.answer.next_experiment import next_experiments
+from rille.diagnosis.answer.prove import prove
+from rille.diagnosis.answer.statement import statement
+from rille.diagnosis.comparison.compare import compare_windows
+from rille.diagnosis.comparison.difference import find_difference
+from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
+from rille.diagnosis.evidence.held_out import Parts, extent, held_out_parts
+from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
+from rille.diagnosis.evidence.window_length import LENGTHS, window_length
+from rille.diagnosis.hypotheses.candidates import candidates, of_kind
+from rille.diagnosis.hypotheses.natural import natural
+from rille.diagnosis.hypotheses.tries import place_tries
+from rille.diagnosis.inference.found import Found
+from rille.diagnosis.inference.patches import patch_tries, window_places
+from rille.diagnosis.inference.search import search
+from rille.diagnosis.inference.unknown import Unknown, find_unknown
+from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import Diagnosis, Experiment, Location, Proof, Verdict

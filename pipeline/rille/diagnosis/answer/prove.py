@@ -1,0 +1,152 @@
+"""How much better recordings are reproduced that no fit has seen."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.diagnosis.comparison.block_errors import DRAWS
+from rille.diagnosis.evidence.applied import Simulators
+from rille.diagnosis.evidence.evidence import Metric
+from rille.diagnosis.evidence.held_out import Parts
+from rille.diagnosis.evidence.part_comparison import comparison_of
+from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
+from rille.model.comparison import Comparison
+from rille.model.diagnosis import ChannelFit, NamedTerm, Proof
+from rille.model.hypothesis import Setting
+from rille.model.recording import Recording
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int, str], None] | None
+FLOOR = 1.0  # [sigma] root mean square of noise
+LEAST = 4  # blocks of windows that an interval needs
+BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
+
+
+def prove(
+    simulators: Simulators,
+    parts: Parts,
+    setting: Setting,
+    *,
+    noise: Mapping[str, tuple[float, str]],
+    window: float,
+    terms: Sequence[NamedTerm] = (),
+    base: Sequence[Comparison] = (),
+    on_progress: Progress = None,
+) -> tuple[Proof, list[Comparison]]:
+    """Replays what was held out with the base model and with the setting on top.
+
+    G = (R0 - R1) / (R0 - 1) with R the root of chi-squared per degree of freedom, starts marginalised; an R below that of noise, 1,
+    counts as 1. Its interval is from a bootstrap of blocks of windows. G is NaN if nothing was held out, or the base model is at the noise
+    already.
+
+    Parameters
+    ----------
+    simulators, noise, window : as of ``gather``. terms : as the answer names them; each is left out once if there are several.
+    base : the training part under the base model, for its channels.
+
+    Returns
+    -------
+    The proof; the recordings beside the improved model, training part first.
+    """
+    held = gather(simulators, parts.held_out, window=window, noise=noise, on_progress=on_progress) if parts.held_out else None
+    improved = [comparison_of(part) for part in _assumed(simulators, parts.training, setting, noise, window, on_progress).parts]
+    rows = [_fit(b, a, held_out=False) for b, a in zip(base, improved, strict=False)]
+    if held is None:
+        nothing = Proof(gap_closed=np.nan, low=np.nan, high=np.nan, before=np.nan, after=np.nan, floor=FLOOR, held_out="")
+        return _with_channels(nothing, rows), improved
+    after = held.relinearised(setting, on_progress)
+    sizes = [_chi2(held, ()), _chi2(after, setting)]
+    for old, new in zip(held.parts, after.parts, strict=True):
+        improved.append(comparison_of(new))
+        rows.append(_fit(comparison_of(old), improved[-1], held_out=True))
+    low, high = _interval(*sizes)
+    proof = Proof(
+        gap_closed=_gap(sizes[0].sum(axis=1), sizes[1].sum(axis=1)),
+        low=low,
+        high=high,
+        before=_root(sizes[0].sum(axis=1)),
+        after=_root(sizes[1].sum(axis=1)),
+        floor=FLOOR,
+        held_out=parts.how,
+        ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
+    )
+    return _with_channels(proof, rows), improved
+
+
+def _assumed(
+    simulators: Simulators,
+    recordings: Sequence[Recording],
+    setting: Setting,
+    noise: Mapping[str, tuple[float, str]],
+    window: float,
+    on_progress: Progress,
+) -> ReplayEvidence:
+    return gather(simulators, recordings, window=window, noise=noise, assumed=setting, on_progress=on_progress)
+
+
+def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:
+    return replace(proof, channels=tuple(row for part in rows for row in part))
+
+
+def _chi2(evidence: ReplayEvidence, setting: Setting) -> Array:
+    """(2, W) chi-squared and degrees of freedom of every window."""
+    metric = Metric(evidence.window, evidence.start_gain)
+    left = metric.whitened(evidence.residuals([setting]))
+    return np.stack([metric.gram(left)[:, 0, 0], metric.degrees])
+
+
+def _root(size: NDArray[Any]) -> Any:
+    """R of (2, ...) chi-squared and degrees of freedom."""
+    return np.sqrt(size[0] / np.maximum(size[1], 1e-9))
+
+
+def _gap(before: NDArray[Any], after: NDArray[Any]) -> Any:
+    """G of (2, ...) chi-squared and degrees before and after."""
+    first, second = np.maximum(_root(before), FLOOR), np.maximum(_root(after), FLOOR)
+    return np.where(first > FLOOR, (first - second) / np.where(first > FLOOR, first - FLOOR, 1.0), np.nan)[()]
+
+
+def _interval(before: Array, after: Array) -> tuple[float, float]:
+    """95 % interval of G by bootstrap of blocks of windows, seeded; NaN for fewer than ``LEAST`` windows."""
+    windows = before.shape[1]
+    if windows < LEAST:
+        return np.nan, np.nan
+    size = max(1, min(BLOCK, windows // LEAST))
+    n = windows // size
+    block = np.minimum(np.arange(windows) // size, n - 1)
+    sums = [np.stack([np.bincount(block, row) for row in part]) for part in (before, after)]
+    drawn = np.random.default_rng(7).multinomial(n, np.full(n, 1 / n), size=DRAWS).T
+    gaps = _gap(sums[0] @ drawn, sums[1] @ drawn)
+    low, high = np.nanpercentile(gaps, [2.5, 97.5]) if np.isfinite(gaps).any() else (np.nan, np.nan)
+    return float(low), float(high)
+
+
+def _without(evidence: ReplayEvidence, setting: Setting, number: int, terms: Sequence[NamedTerm], before: Array) -> tuple[str, float]:
+    """A term's title and the G that is left without it."""
+    rest = tuple(term for k, term in enumerate(setting) if k != number)
+    title = (terms[number].term if len(terms) == len(setting) else setting[number]).hypothesis.title
+    return title, float(_gap(before.sum(axis=1), _chi2(evidence, rest).sum(axis=1)))
+
+
+def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelFit]:
+    old = {c.channel.name: c for c in before.channels if not c.left_out}
+    return [
+        ChannelFit(
+            recording=after.recording,
+            channel=c.channel.name,
+            held_out=held_out,
+            unit=c.channel.unit,
+            rms_before=_rms(old[c.channel.name].residual),
+            rms_after=_rms(c.residual),
+            floor=c.noise,
+        )
+        for c in after.channels
+        if c.channel.name in old
+    ]
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")

@@ -1,0 +1,318 @@
+"""What is missing on a bench: every hypothesis with the open numbers fitted anew beside it, judged by curves that were left out.
+
+A point of a bench is calculated in microseconds and soil numbers bend everything, so that nothing is linearised here: each hypothesis is
+fitted jointly with the soil on all points, and again without each part, which then is predicted. Hypotheses are accepted one on top of the
+other.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rille.diagnosis.bench.bench_calibration import Calibrated, Problem, bounded_step, free_numbers, spread_soils
+from rille.diagnosis.bench.bench_evidence import BenchEvidence
+from rille.diagnosis.evidence.evidence import Array
+from rille.diagnosis.inference.accept import LEAST_EXCESS, NATS
+from rille.diagnosis.inference.confound import TIED, title_of
+from rille.diagnosis.inference.rank import standard_errors_that_count
+from rille.model.hypothesis import Hypothesis, Setting
+
+Progress = Callable[[str, float], None]
+FITTED = 24  # hypotheses that are fitted, of those that promise something
+ITERATIONS = 20
+OTHERS = 2  # soils that a fit begins from beside the one that is accepted
+SURVIVORS = 8  # that are judged by parts left out, of those that were fitted
+STEPS = 4  # of the fits to all parts but one,
+LENGTHS = (1.0, 0.3, 0.1)  # and their lengths
+LEAST_DROP = 0.01  # of the excess, for the same
+SIGNIFICANT = 4.0  # [standard deviations] of chi-squared beyond its degrees
+SIZES = (0.5, -0.5)  # [spreads] by which amplitudes are tried
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rival:
+    """One answer to the same question. extra : its terms. whole : fitted to all points. held_out (N,) [sigma] : residuals predicted
+    for each part by the fit without it.
+    """
+
+    extra: Setting
+    whole: Calibrated
+    held_out: Array
+
+    @property
+    def title(self) -> str:
+        """In words."""
+        return title_of(self.extra)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Round:
+    """What was tried on top of what had been accepted. base : that. rivals : best prediction first. gain, error (m,) [nats] : of each
+    over the base; behind, behind_error (m,) : of the first over each. group : those that cannot be told from the first.
+    """
+
+    base: Rival
+    rivals: tuple[Rival, ...]
+    gain: Array
+    error: Array
+    behind: Array
+    behind_error: Array
+    group: tuple[int, ...]
+    tries: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchFound:
+    """rounds : one per accepted piece, and the last that found none. first : without any; best : the final fit. leftover : share of what is
+    beyond the noise in the first that is left. differs : whether anything was.
+    """
+
+    rounds: tuple[Round, ...]
+    first: Rival
+    best: Rival
+    leftover: float
+    differs: bool
+
+
+def excess(residual: Array, free: int) -> float:
+    """Chi-squared beyond the degrees of freedom, 0 where that may be chance."""
+    degrees = max(len(residual) - free, 1)
+    beyond = float(residual @ residual) - degrees
+    return beyond if beyond > SIGNIFICANT * np.sqrt(2 * degrees) else 0.0
+
+
+def search_bench(
+    evidence: BenchEvidence,
+    hypotheses: Sequence[Hypothesis],
+    calibrated: Calibrated,
+    *,
+    most: int = 4,
+    on_progress: Progress = lambda what, share: None,
+) -> BenchFound:
+    """Pieces on top of the calibrated open numbers, until the points are explained or nothing predicts better.
+
+    Parameters
+    ----------
+    calibrated : open numbers alone, ``calibrate_shared``. most : pieces at most.
+    """
+    open_numbers = calibrated.setting
+    free = sum(len(term.hypothesis.free) for term in open_numbers)
+    start = excess(calibrated.residual, free)
+    on_progress("leaving out parts", 0.0)
+    first = Rival(extra=(), whole=calibrated, held_out=_held_out(evidence, calibrated, ()))
+    best, rounds = first, []
+    while start > 0 and len(best.extra) < most:
+        if excess(best.whole.residual, free + len(best.extra)) == 0:
+            break
+        share = len(best.extra) / most
+        found = _round(evidence, hypotheses, best, start, lambda part, at=share: on_progress("fitting hypotheses", at + part / most))
+        if found is None:
+            break
+        rounds.append(found)
+        if not _accepted(evidence, found, start):
+            break
+        best = found.rivals[0]
+    leftover = excess(best.whole.residual, free + len(best.extra)) / start if start > 0 else 0.0
+    return BenchFound(rounds=tuple(rounds), first=first, best=best, leftover=leftover, differs=start > 0)
+
+
+def _round(
+    evidence: BenchEvidence, hypotheses: Sequence[Hypothesis], base: Rival, start: float, tell: Callable[[float], None]
+) -> Round | None:
+    """All remaining hypotheses beside what is accepted; None if none explains anything."""
+    taken = {(t.hypothesis.kind, t.hypothesis.target) for t in base.extra}
+    remaining = [h for h in hypotheses if (h.kind, h.target) not in taken]
+    promises = []
+    for k, hypothesis in enumerate(remaining):
+        tell(0.3 * k / len(remaining))
+        promises.append(_promise(evidence, base, hypothesis))
+    promises = sorted((p for p in promises if len(p[1]) > len(base.whole.setting)), key=lambda p: -p[0])[:FITTED]
+    fits = []
+    for k, (_, begin) in enumerate(promises):
+        tell(0.3 + 0.4 * k / len(promises))
+        fits.append(_fitted(evidence, base, begin))
+    fits.sort(key=lambda fit: fit.cost)
+    kept = [fit for fit in fits if base.whole.chi2 - fit.chi2 > max(LEAST_DROP * start, 2 * NATS)][:SURVIVORS]
+    if not kept:
+        return None
+    rivals = []
+    count = len(base.extra) + 1
+    for k, fit in enumerate(kept):
+        tell(0.7 + 0.3 * k / len(kept))
+        extra = fit.setting[len(fit.setting) - count :]
+        rivals.append(Rival(extra=extra, whole=fit, held_out=_held_out(evidence, fit, extra)))
+    rivals.sort(key=lambda r: float(r.held_out @ r.held_out))
+    worth = _independent(evidence, rivals[0].held_out)
+    over_base = [_ahead(evidence, r, base, worth) for r in rivals]
+    behind = [_ahead(evidence, rivals[0], r, worth) for r in rivals]
+    needed = standard_errors_that_count(len(evidence.labels))
+    return Round(
+        base=base,
+        rivals=tuple(rivals),
+        gain=np.array([gain for gain, _ in over_base]),
+        error=np.array([error for _, error in over_base]),
+        behind=np.array([gain for gain, _ in behind]),
+        behind_error=np.array([error for _, error in behind]),
+        group=tuple(
+            k
+            for k, (gain, error) in enumerate(behind)
+            if k == 0 or (gain <= max(needed * error, TIED) and over_base[k][0] > over_base[k][1])
+        ),
+        tries=len(remaining),
+    )
+
+
+def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tuple[float, Setting]:
+    """What a hypothesis may gain [chi-squared] beside the open numbers, linearised, and the setting where."""
+    best = (-np.inf, base.whole.setting)
+    if not hypothesis.free:
+        setting = (*base.whole.setting, hypothesis.at())
+        left = evidence.residuals([setting])[0]
+        return base.whole.chi2 - float(left @ left), setting
+    for number in (n for n in hypothesis.free if n.amplitude):
+        for size in SIZES:
+            value = float(np.clip(number.absent + size * number.spread, number.lower, number.upper))
+            if value == number.absent:
+                continue
+            term = hypothesis.at({number.name: value})
+            problem = Problem(evidence, base.whole.setting, (term,))
+            change = (problem.residual(problem.place(problem.setting)) - base.whole.residual) / (value - number.absent)
+            jacobian = np.column_stack([base.whole.jacobian, change])
+            n = base.whole.jacobian.shape[1]
+            low = np.append(problem.low[:n] - base.whole.where, number.lower - number.absent)
+            high = np.append(problem.high[:n] - base.whole.where, number.upper - number.absent)
+            weight = np.append(problem.weight[:n], 0.0)
+            step = bounded_step(
+                jacobian, base.whole.residual, weight, np.append(problem.prior[:n] - base.whole.where, 0.0), low, high, 1e-3
+            )
+            left = base.whole.residual + jacobian @ step
+            gain = base.whole.chi2 - float(left @ left)
+            # Beyond the size that was tried nothing is known: at most three times that.
+            size_found = float(np.clip(step[-1], -3 * number.spread, 3 * number.spread))
+            if gain > best[0]:
+                best = (
+                    gain,
+                    (
+                        *problem.at(problem.place(problem.setting))[:-1],
+                        hypothesis.at({number.name: number.absent + (size_found or value - number.absent)}),
+                    ),
+                )
+    return best
+
+
+def _fitted(evidence: BenchEvidence, base: Rival, begin: Setting) -> Calibrated:
+    """Accepted terms and a hypothesis with all numbers fitted, begun at a setting and at the best of other soils."""
+    n_open = len(base.whole.setting) - len(base.extra)
+    problem = Problem(evidence, begin[:n_open], begin[n_open:])
+    first = problem.place(begin)
+    p = len(free_numbers(begin[:n_open]))
+    hypothesis = begin[-1].hypothesis
+    others = []
+    for size in SIZES:
+        values = {n.name: float(np.clip(n.absent + size * n.spread, n.lower, n.upper)) for n in hypothesis.free if n.amplitude}
+        if any(values[n.name] != n.absent for n in hypothesis.free if n.amplitude):
+            usual = problem.place((*begin[:-1], hypothesis.at(values)))
+            others += [np.clip(usual + np.append(step, np.zeros(len(usual) - p)), problem.low, problem.high) for step in spread_soils(p)]
+    others.sort(key=lambda place: problem.cost(place, problem.residual(place)))
+    fits = [problem.fit(place, most=ITERATIONS) for place in (first, *others[:OTHERS])]
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _held_out(evidence: BenchEvidence, whole: Calibrated, extra: Setting) -> Array:
+    """(N,) residuals of each part under the numbers that all others prefer.
+
+    The derivatives are those of the fit to all, corrected by what each step shows (Broyden 1965), for a part less changes them little.
+    """
+    problem = Problem(evidence, whole.setting[: len(whole.setting) - len(extra)], extra)
+    result = np.empty(len(evidence.window))
+    part_of = evidence.run[evidence.window]
+    for part in np.unique(evidence.run):
+        inside = part_of == part
+        u, residual, jacobian = whole.where, whole.residual, whole.jacobian.copy()
+        for _ in range(STEPS):
+            step = bounded_step(
+                jacobian[~inside],
+                residual[~inside],
+                problem.weight,
+                problem.prior - u,
+                problem.low - u,
+                problem.high - u,
+                1e-3,
+            )
+            cost, better = problem.cost(u, residual[~inside]), False
+            for length in LENGTHS:
+                trial = problem.residual(u + length * step)
+                moved = length * step
+                jacobian += np.outer(trial - residual - jacobian @ moved, moved) / max(float(moved @ moved), 1e-12)
+                if problem.cost(u + moved, trial[~inside]) < cost:
+                    u, residual, better = u + moved, trial, True
+                    break
+            if not better:
+                break
+        result[inside] = residual[inside]
+    return result
+
+
+def _independent(evidence: BenchEvidence, residual: Array) -> float:
+    """How many independent numbers residuals (N,) are worth: N where they are white, one per channel and window where a law is off there.
+
+    N/(1 + (m - 1) rho) with rho the correlation within a channel and window, m their mean number there.
+    """
+    cell = evidence.window * len(evidence.channels) + evidence.channel
+    count = np.bincount(cell)
+    used = count > 1
+    if not used.any():
+        return float(len(residual))
+    total, squares = (np.bincount(cell, weights)[used] for weights in (residual, residual**2))
+    pairs = count[used] * (count[used] - 1)
+    rho = float(np.clip(np.sum(total**2 - squares) / np.sum(pairs) / max(float(np.mean(residual**2)), 1e-12), 0.0, 1.0))
+    size = float(np.sum(count**2) / len(residual))
+    return len(residual) / (1 + (size - 1) * rho)
+
+
+def _ahead(evidence: BenchEvidence, one: Rival, other: Rival, independent: float) -> tuple[float, float]:
+    """By how much one predicts better [nats], and its standard error over windows (jackknife).
+
+    The size of a misfit is not known before, so that its likelihood is that of a normal of unknown variance: n/2 log of the ratio of the
+    mean squares (which are not below the noise), n independent numbers.
+    """
+    n = len(evidence.labels)
+    count = np.bincount(evidence.window, minlength=n)
+    squares = [np.bincount(evidence.window, rival.held_out**2, n) for rival in (one, other)]
+    left = [(part.sum() - part) / (count.sum() - count) for part in squares]
+    whole = [part.sum() / count.sum() for part in squares]
+    ratio = float(np.log(max(whole[1], 1.0) / max(whole[0], 1.0)))
+    each = np.log(np.maximum(left[1], 1.0) / np.maximum(left[0], 1.0))
+    error = float(np.sqrt((n - 1) / n * ((each - each.mean()) ** 2).sum()))
+    return 0.5 * independent * ratio, 0.5 * independent * error
+
+
+def _accepted(evidence: BenchEvidence, found: Round, start: float) -> bool:
+    """Whether the best of a round predicts better than what there was: beyond its error, the price of the tries, and a trifle."""
+    drop = found.base.whole.chi2 - found.rivals[0].whole.chi2
+    needed = standard_errors_that_count(len(evidence.labels))
+    return drop > LEAST_EXCESS * start and found.gain[0] > max(needed * found.error[0], np.log(found.tries) + NATS)
+
+
+def simpler(evidence: BenchEvidence, closed: BenchFound, opened: BenchFound) -> BenchFound:
+    """Which answer stands: that on the soil as it is, or that on a soil that was calibrated.
+
+    The former has fewer numbers: it stands if it leaves nothing, or no more than the other, and does not predict worse beyond the error.
+    """
+    if not closed.differs or not closed.best.extra:
+        return closed if not closed.differs else opened
+    worth = _independent(evidence, closed.best.held_out)
+    behind, error = _ahead(evidence, opened.best, closed.best, worth)
+    needed = standard_errors_that_count(len(evidence.labels))
+    return opened if behind > max(needed * error, TIED) else closed
+
+
+def without(evidence: BenchEvidence, found: BenchFound, place: int) -> Rival:
+    """The answer without one of its pieces, fitted anew."""
+    extra = tuple(term for k, term in enumerate(found.best.extra) if k != place)
+    open_numbers = found.best.whole.setting[: len(found.best.whole.setting) - len(found.best.extra)]
+    problem = Problem(evidence, open_numbers, extra)
+    whole = problem.fit(problem.place((*open_numbers, *extra)), most=ITERATIONS)
+    kept = whole.setting[len(whole.setting) - len(extra) :] if extra else ()
+    return replace(found.best, extra=kept, whole=whole, held_out=_held_out(evidence, whole, kept))

@@ -1,0 +1,1 @@
+"""What recordings say about settings: residuals of windows, replayed from starts that were fitted once."""

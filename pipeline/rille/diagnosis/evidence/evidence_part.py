@@ -1,0 +1,408 @@
+"""Windows of one recording as evidence: replayed from starts that were fitted once, under one setting."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.diagnosis.comparison.compare import RUN_UP, samples_of, why_unfit, with_a_say
+from rille.diagnosis.evidence.applied import applied, sensor_terms
+from rille.diagnosis.evidence.evidence import ENDED
+from rille.diagnosis.hypotheses.sensor_faults import concerns, moves_time, repaired, said, true_instants
+from rille.diagnosis.starts.noise_floor import difference_noise, quantisation
+from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
+from rille.diagnosis.starts.start_fit import FARTHEST, Samples, fit_starts, residuals
+from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
+from rille.diagnosis.starts.state_coordinates import moved
+from rille.diagnosis.starts.step_error import finest, step_error, timing
+from rille.diagnosis.starts.windows import Cut, cut
+from rille.model import InputRefused
+from rille.model.hypothesis import Setting
+from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
+
+Array = NDArray[np.float64]
+Whole = NDArray[np.int64]
+Noise = Mapping[str, tuple[float, str]]
+Progress = Callable[[int, int, str], None] | None
+LAG = 0.1  # [s] before a window's first sample that a simulation begins: delays of sensors up to this need what was before
+UNSURE = 3.0  # times the smoother's standard deviation: under violent motion it says too little
+SLOW = 0.25  # [noise] offset of a channel over a window that no sensor is known to be free of; averages are not trusted beyond it
+NEAR = 3.0  # [standard deviations of the start] up to which what a repaired recording does to it is taken as linear
+FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed start, the model is wrong and not the starts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plan:
+    """What the sensor faults of a setting ask for. change : (n_windows, n_coordinates, 2) z of the start that the repaired recording shows;
+    None: the start stays. replayed : whether the trajectories of the fitted starts are not enough. reread : whether they are, but other
+    instants of them.
+    """
+
+    faults: Setting
+    change: Array | None
+    replayed: bool
+    reread: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """Windows of one recording, their starts and how their samples answer to them.
+
+    simulator : the base model, driven by the recording. channels : observed ones with noise that are fit for use, with samples. shows :
+    names of those that show the state. widest : [s], of the smoother. assumed : setting under which starts were fitted. starts :
+    uncertainty of what is seen taken ``UNSURE`` times. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
+    first, last : (n_windows,) [s] what is compared. columns : directions of the start. samples, slopes : of each channel its samples, and
+    (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
+    error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
+    it [sigma].
+    whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
+    """
+
+    simulator: Any
+    recording: Recording
+    channels: tuple[Channel, ...]
+    shows: tuple[str, ...]
+    widest: float
+    assumed: Setting
+    starts: Starts
+    standard: Array
+    states: Array
+    first: Array
+    last: Array
+    columns: tuple[tuple[int, int], ...]
+    samples: tuple[Samples, ...]
+    slopes: tuple[Array, ...]
+    noise_from: tuple[str, ...]
+    error: tuple[Array, ...]
+    timing: tuple[Array, ...]
+    whole: "Part | None" = None
+    numbers: Whole | None = None
+
+    @cached_property
+    def order(self) -> Whole:
+        """(m,) places of samples, channel after channel, in the order of evidence: by window, then channel, then time."""
+        return np.argsort(np.concatenate([s.window for s in self.samples]), kind="stable")
+
+    def ordered(self, blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        """Blocks (..., m) of the channels as one, in the order of evidence."""
+        return np.concatenate(blocks, axis=-1)[..., self.order]
+
+    @cached_property
+    def start_gain(self) -> Array:
+        """D (m, d) in the order of evidence: directions of the start; then of every channel its offset over the window, and a shift in time
+        by half of the finest step, since a simulation knows no instant better; and the slope of noise that is known to be slow.
+        """
+        rows = [self.ordered([-slopes for slopes in self.slopes])]
+        for number, (channel, s) in enumerate(zip(self.channels, self.samples, strict=True)):
+            offset = np.full(len(s.time), max(SLOW, (channel.slow_noise or 0.0) / s.noise))
+            own = [offset, self.timing[number]]
+            if channel.slow_noise:
+                own.append(offset * (2 * (s.time - self.first[s.window]) / np.maximum(self.last - self.first, 1e-9)[s.window] - 1))
+            rows.append(
+                self.ordered([np.stack(own) if k == number else np.zeros((len(own), len(o.time))) for k, o in enumerate(self.samples)])
+            )
+        return np.ascontiguousarray(np.concatenate(rows).T)
+
+    def subset(self, windows: Whole) -> "Part":
+        """Only these windows (ascending), renumbered from 0."""
+        place = np.full(len(self.first), -1)
+        place[windows] = np.arange(len(windows))
+        here = [place[s.window] >= 0 for s in self.samples]
+        starts = replace(
+            self.starts,
+            states=self.starts.states[windows],
+            factor=self.starts.factor[windows],
+            seen=self.starts.seen[windows],
+            axes=self.starts.axes[windows],
+            ended=tuple(self.starts.ended[k] for k in windows),
+            kept=self.starts.kept[windows],
+            widths=tuple(width[windows] for width in self.starts.widths),
+        )
+        return replace(
+            self,
+            starts=starts,
+            standard=self.standard[windows],
+            states=self.states[windows],
+            first=self.first[windows],
+            last=self.last[windows],
+            samples=tuple(
+                replace(s, window=place[s.window[h]], time=s.time[h], value=s.value[h]) for s, h in zip(self.samples, here, strict=True)
+            ),
+            slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
+            error=tuple(error[h] for error, h in zip(self.error, here, strict=True)),
+            timing=tuple(timing[h] for timing, h in zip(self.timing, here, strict=True)),
+            whole=self.whole or self,
+            numbers=windows if self.numbers is None else self.numbers[windows],
+        )
+
+    def with_noise(self, sigma: Mapping[str, float]) -> "Part":
+        """With the noise [unit] of channels by name in place of its own."""
+        new = [sigma.get(s.channel.name, s.noise) for s in self.samples]
+        return replace(
+            self,
+            samples=tuple(replace(s, noise=n) for s, n in zip(self.samples, new, strict=True)),
+            slopes=tuple(slopes * (s.noise / n) for slopes, s, n in zip(self.slopes, self.samples, new, strict=True)),
+            timing=tuple(timing * (s.noise / n) for timing, s, n in zip(self.timing, self.samples, new, strict=True)),
+        )
+
+    def residuals(self, settings: Sequence[Setting]) -> Array:
+        """(k, m) as of ``Evidence.residuals``; NaN of a setting that the model refuses."""
+        result = np.full((len(settings), len(self.order)), np.nan)
+        models, own = self._models(settings)
+        plans = [self._plan(sensor_terms(setting)) for setting in settings]
+        plain: dict[int, list[int]] = {}
+        for k, (model, plan) in enumerate(zip(own, plans, strict=True)):
+            if model is None:
+                continue
+            if models[model] is self.simulator and plan.reread and not self.simulator.has_memory:
+                result[k] = self._reread(plan)
+            elif plan.replayed or plan.reread:
+                result[k] = self._replayed(models[model], plan)
+            else:
+                plain.setdefault(model, []).append(k)
+        for remembers in (False, True):
+            chosen = [m for m in plain if bool(models[m].has_memory) == remembers]
+            answers = self._predicted([models[m] for m in chosen], remembers) if chosen else []
+            for place, m in enumerate(chosen):
+                for k in plain[m]:
+                    change = plans[k].change
+                    standard = self.standard if change is None else self.standard - change
+                    result[k] = self._residual([a[place] for a in answers], plans[k].faults, standard)
+        return result
+
+    def relinearised(self, setting: Setting, on_progress: Progress = None) -> "Part":
+        """The same windows and noise, starts fitted under a setting."""
+        whole = self.whole or self
+        noise = {c.name: (s.noise, source) for c, s, source in zip(whole.channels, whole.samples, whole.noise_from, strict=True)}
+        recording = replace(whole.recording, channels=tuple(c for c in whole.recording.channels if c.role != "observed" or c.name in noise))
+        made = gather_part(whole.simulator, recording, window=whole.widest, noise=noise, assumed=setting, on_progress=on_progress)
+        return made if self.numbers is None else made.subset(self.numbers)
+
+    def _models(self, settings: Sequence[Setting]) -> tuple[list[Any], list[int | None]]:
+        """Simulators without repetition, and of each setting its own; None where the model refuses it."""
+        models: list[Any] = []
+        known: dict[object, int | None] = {}
+        own: list[int | None] = []
+        for setting in settings:
+            physics = tuple(term for term in setting if term.hypothesis.cause != "sensor")
+            key = tuple(
+                (t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target, repr(t.hypothesis.words), *sorted(t.numbers.items()))
+                for t in physics
+            )
+            if key not in known:
+                try:
+                    models.append(applied(self.simulator, physics))
+                    known[key] = len(models) - 1
+                except InputRefused:
+                    known[key] = None
+            own.append(known[key])
+        return models, own
+
+    def _predicted(self, models: Sequence[Any], remembers: bool) -> list[Array]:
+        """Of each channel (n_models, m) what the models say from the fitted starts."""
+        source = self.whole if remembers and self.whole is not None else self
+        picks = [(s.window, s.time) for s in source.samples]
+        bare = [s.channel for s in source.samples]
+        answers = self.simulator.predict_many(models, source.states, source.last, bare, picks, carried=remembers)
+        if source is self or self.numbers is None:
+            return answers
+        return [answer[:, np.isin(s.window, self.numbers)] for answer, s in zip(answers, source.samples, strict=True)]
+
+    def _plan(self, faults: Setting) -> _Plan:
+        touched = [c for c in self.channels if c.name in self.shows and any(concerns(t, c) for t in (*faults, *sensor_terms(self.assumed)))]
+        change = self._start_change(faults, [c.name for c in touched]) if touched else None
+        replayed = change is not None and bool(np.abs(change).max() > NEAR)
+        reread = not replayed and any(moves_time(faults, c) for c in self.channels)
+        return _Plan(faults=faults, change=change, replayed=replayed, reread=reread)
+
+    def _start_change(self, faults: Setting, touched: Sequence[str]) -> Array:
+        """z (n_windows, n_coordinates, 2) from the start that was smoothed to that of the recording without these faults."""
+        sigma = {s.channel.name: s.noise for s in self.samples}
+        shown = [c for c in self.channels if c.name in self.shows]
+        before, after = (
+            smoothed_values(self.simulator, self.starts, [(repaired(f, c), sigma[c.name]) for c in shown], self.widest, touched)
+            for f in (sensor_terms(self.assumed), faults)
+        )
+        step = np.where(self.starts.kept[:, :, None], 0.0, after - before)
+        turns = [k for k, c in enumerate(self.starts.coordinates) if c.kind == "turn"]
+        step[:, turns, 0] = (step[:, turns, 0] + np.pi) % (2 * np.pi) - np.pi
+        return np.asarray(np.linalg.solve(self.starts.factor, step[..., None])[..., 0], dtype=float)
+
+    def _residual(self, answers: Sequence[Array], faults: Setting, standard: Array) -> Array:
+        """(m,) from what is simulated, of each channel (m,), from starts at ``standard`` z: as the faults say it, carried back to z = 0."""
+        blocks = []
+        moves = self._own_moves if standard is self.standard else self._moves(standard)
+        for s, answer, error, back in zip(self.samples, answers, self.error, moves, strict=True):
+            left = residuals(s, said(faults, s.channel, answer - error, s.time)) / s.noise
+            blocks.append(np.where(np.isfinite(left), left + back, ENDED))
+        return self.ordered(blocks)
+
+    @cached_property
+    def _own_moves(self) -> list[Array]:
+        return self._moves(self.standard)
+
+    def _moves(self, standard: Array) -> list[Array]:
+        """Of each channel (m,) [sigma] what starts at ``standard`` z have changed in what is simulated."""
+        along = np.array([standard[:, c, order] for c, order in self.columns]).reshape(len(self.columns), len(standard))
+        return [np.einsum("km,km->m", slopes, along[:, s.window]) for s, slopes in zip(self.samples, self.slopes, strict=True)]
+
+    @cached_property
+    def _course(self) -> Any:
+        """Trajectories of the base model from the fitted starts."""
+        return self.simulator.trajectories(self.states, self.last, [s.channel for s in self.samples])
+
+    def _reread(self, plan: _Plan) -> Array:
+        """(m,) of faults of instants alone: the base model's trajectories, read when it was true."""
+        picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
+        standard = self.standard if plan.change is None else self.standard - plan.change
+        return self._residual(self._course.read(picks), plan.faults, standard)
+
+    def _replayed(self, model: Any, plan: _Plan) -> Array:
+        """(m,) of a setting whose faults move the start far, or the instants that are read.
+
+        The starts that were fitted to the recording with its faults are of little use then: they are fitted again, by one linear step.
+        """
+        left = self._from(model, plan, self.standard)
+        return left if plan.change is None else self._from(model, plan, self._fitted(left))
+
+    def _from(self, model: Any, plan: _Plan, standard: Array) -> Array:
+        """(m,) replayed from starts at ``standard`` z from where the repaired recording shows them."""
+        moves = standard - self.standard + (plan.change if plan.change is not None else 0.0)
+        states = moved(self.states, self.starts.coordinates, self.starts.change(moves))
+        picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
+        answers = model.predict(states[None], self.last, [s.channel for s in self.samples], picks)
+        return self._residual([answer[0] for answer in answers], plan.faults, standard)
+
+    @cached_property
+    def _start_solvers(self) -> list[tuple[int, int, Array, Array]]:
+        """Of each window its samples, D of its start, and (D^T D + 1)^-1."""
+        gain = self.start_gain[:, : len(self.columns)]
+        window = self.ordered([s.window for s in self.samples])
+        edges = np.searchsorted(window, np.arange(len(self.first) + 1))
+        spans = [(int(a), int(b), gain[a:b]) for a, b in pairwise(edges)]
+        return [(a, b, d, np.asarray(np.linalg.inv(d.T @ d + np.eye(d.shape[1])), dtype=float)) for a, b, d in spans]
+
+    def _fitted(self, left: Array) -> Array:
+        """z (n_windows, n_coordinates, 2) that minimises |r + D z|^2 + |z|^2 of residuals (m,) at z = 0, within ``FARTHEST``."""
+        standard = np.zeros_like(self.standard)
+        for k, (first, last, gain, solve) in enumerate(self._start_solvers):
+            z = -solve @ (gain.T @ left[first:last])
+            for (coordinate, order), value in zip(self.columns, np.clip(z, -FARTHEST, FARTHEST), strict=True):
+                standard[k, coordinate, order] = value
+        return standard
+
+
+def gather_part(
+    simulator: Any,
+    recording: Recording,
+    *,
+    window: float,
+    noise: Noise,
+    assumed: Setting = (),
+    grid: float | None = None,
+    most: int | None = None,
+    corrected: bool = True,
+    on_progress: Progress = None,
+) -> Part:
+    """Windows of a recording with starts fitted under a setting.
+
+    simulator : of the recording's scenario; it stays as it is. grid : [s], windows begin and end at whole multiples, None: its step.
+    most : windows at most, spread over the recording. corrected : whether what the step does is found and taken off (``step_error``).
+
+    Raises
+    ------
+    InputRefused : as ``compare_windows``.
+    """
+    base = simulator.changed()
+    base.drive_by(recording)
+    channels = tuple(
+        c for c in with_steady_quaternions(recording.with_role("observed")) if not why_unfit(c, recording) and noise[c.name][0] > 0
+    )
+    shows = [c for c in channels if c.quantity in MOTION_QUANTITIES]
+    parts = cut(recording, shows, window, grid or base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
+    if most is not None:
+        parts = _some(parts, most)
+    model, faults = applied(base, assumed), sensor_terms(assumed)
+    starts = start_states(
+        model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
+    )
+    # What contact decides it decides with the model that is in doubt: then the recording's own uncertainty is all that is known.
+    unsure = np.where(starts.kept, 1 / KEPT_SHARE, np.where(starts.seen, UNSURE, 1.0))
+    starts = replace(starts, factor=starts.factor * unsure[:, :, None, None])
+    samples = [samples_of(c, noise[c.name][0], parts) for c in channels]
+    channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
+    samples = [s for s in samples if len(s.time)]
+    watched = _Watched(model, faults)
+    heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
+
+    def error(states: Array) -> tuple[Array, ...]:
+        return step_error(model, states, parts.stops, samples)
+
+    def shown(states: Array) -> list[Array]:
+        """What of the error the faulty sensors show."""
+        both = zip(samples, error(states), strict=True)
+        return [said(faults, s.channel, s.value + e, s.time) - said(faults, s.channel, s.value, s.time) for s, e in both]
+
+    say = [c.name in heard for c in channels]
+    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None)
+    placed = fit.states, parts.stops, samples
+    return Part(
+        simulator=base,
+        recording=recording,
+        channels=channels,
+        shows=tuple(c.name for c in shows),
+        widest=window,
+        assumed=assumed,
+        starts=starts,
+        standard=fit.standard,
+        states=fit.states,
+        first=parts.starts,
+        last=parts.stops,
+        columns=fit.columns,
+        samples=tuple(samples),
+        slopes=tuple(fit.slopes),
+        noise_from=tuple(noise[c.name][1] for c in channels),
+        error=error(fit.states) if corrected else tuple(np.zeros(len(s.time)) for s in samples),
+        timing=timing(watched.predict, 0.5 * finest(model), *placed),
+    )
+
+
+def _some(parts: Cut, most: int) -> Cut:
+    chosen = np.unique(np.linspace(0, len(parts.starts) - 1, most).round().astype(np.int64))
+    return Cut(begins=parts.begins[chosen], starts=parts.starts[chosen], stops=parts.stops[chosen])
+
+
+class _Watched:
+    """A simulator whose channels are seen through faulty sensors."""
+
+    def __init__(self, simulator: Any, faults: Setting) -> None:
+        self._simulator, self._faults = simulator, faults
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._simulator, name)
+
+    def predict(self, states: Array, stops: Array, channels: Sequence[Channel], picks: Sequence[tuple[Whole, Array]]) -> list[Array]:
+        """As ``Replayer.predict``, of what the channels say."""
+        true = [(window, true_instants(self._faults, c, time)) for c, (window, time) in zip(channels, picks, strict=True)]
+        answers = self._simulator.predict(states, stops, channels, true)
+        return [said(self._faults, c, answer, time) for c, answer, (_, time) in zip(channels, answers, picks, strict=True)]
+
+
+def innovation_noise(part: Part) -> dict[str, float]:
+    """Noise [unit] of channels that state none, from what the simulation leaves, where that is less than what was taken."""
+    found = {}
+    left = np.empty(len(part.order))
+    left[part.order] = part.residuals([part.assumed])[0]
+    edges = np.cumsum([0, *(len(s.time) for s in part.samples)])
+    for channel, s, source, first in zip(part.channels, part.samples, part.noise_from, edges[:-1], strict=True):
+        if source == "stated":
+            continue
+        own = np.argsort(s.time, kind="stable")
+        sigma = difference_noise(s.time[own], (left[first : first + len(s.time)] * s.noise)[own])
+        if quantisation(channel) < sigma < s.noise:
+            found[channel.name] = sigma
+    return found

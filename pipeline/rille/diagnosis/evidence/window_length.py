@@ -1,0 +1,75 @@
+"""How long windows should be: as long as the simulation answers to their starts in a linear way.
+
+The longer a window, the more a small missing force adds up in it, and the less another start can explain it: the evidence grows many times
+over. But errors of the start grow, too; where the motion is violent, soon in no linear way, and no window says anything any more.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rille.diagnosis.evidence.evidence import Metric
+from rille.diagnosis.evidence.evidence_part import Part, gather_part
+from rille.diagnosis.starts.start_fit import residuals
+from rille.diagnosis.starts.state_coordinates import moved
+from rille.model.recording import Recording
+
+LENGTHS = (4.0, 3.0, 2.0, 1.5, 1.0, 0.7, 0.5)  # [s] that are tried, longest first; the last one is taken where none is good
+WINDOWS = 5  # that are tried
+LEAST = 8  # windows that the recordings must have
+DRAWS = 2
+BENT = 0.25  # [sigma] root mean square of what is not linear, in three of four windows
+QUARTER = 0.75
+
+
+def window_length(simulator: Any, recording: Recording, *, duration: float, noise: Mapping[str, tuple[float, str]]) -> float:
+    """Length of windows [s]: the longest of ``LENGTHS`` in which starts drawn from what the recording leaves open answer linearly.
+
+    Parameters
+    ----------
+    simulator : as ``rille.simulate.Replayer``; it stays as it is. duration : [s] of all recordings together. noise : of channels by name.
+
+    Raises
+    ------
+    InputRefused : as ``compare_windows``.
+    """
+    for length in LENGTHS[:-1]:
+        if duration < LEAST * length:
+            continue
+        part = gather_part(simulator, recording, window=length, noise=noise, most=WINDOWS, corrected=False)
+        if bend(part) < BENT:
+            return length
+    return LENGTHS[-1]
+
+
+def bend(part: Part) -> float:
+    """Root mean square [sigma], in three of four windows, of what samples do beyond D z, for starts z drawn as the data leave them open.
+
+    Whitened: what another start or another moment could do as well does not count.
+    """
+    rng = np.random.default_rng(0)
+    window = part.ordered([s.window for s in part.samples])
+    metric = Metric(window, part.start_gain)
+    gain = part.start_gain[:, : len(part.columns)]
+    bare, picks = [s.channel for s in part.samples], [(s.window, s.time) for s in part.samples]
+    model = part.simulator
+    before = model.predict(part.states[None], part.last, bare, picks)
+    bent = np.zeros(metric.n_windows)
+    for _ in range(DRAWS):
+        standard = np.zeros_like(part.standard)
+        for k, (first, last) in enumerate(zip(metric.edges[:-1], metric.edges[1:], strict=True)):
+            d = gain[first:last]
+            spread = np.linalg.cholesky(np.linalg.inv(d.T @ d + np.eye(d.shape[1])))
+            for (coordinate, order), value in zip(part.columns, spread @ rng.normal(size=d.shape[1]), strict=True):
+                standard[k, coordinate, order] = value
+        states = moved(part.states, part.starts.coordinates, part.starts.change(standard))
+        after = model.predict(states[None], part.last, bare, picks)
+        blocks = []
+        for s, slopes, one, other in zip(part.samples, part.slopes, before, after, strict=True):
+            change = (residuals(s, one[0]) - residuals(s, other[0])) / s.noise
+            linear = sum(slopes[k] * standard[s.window, c, order] for k, (c, order) in enumerate(part.columns))
+            blocks.append(np.clip(np.nan_to_num(change - linear, nan=1e3), -1e3, 1e3))
+        left = metric.whitened(part.ordered(blocks)[None])[0]
+        bent += np.add.reduceat(left**2, metric.edges[:-1]) / np.diff(metric.edges) / DRAWS
+    return float(np.sqrt(np.quantile(bent, QUARTER)))

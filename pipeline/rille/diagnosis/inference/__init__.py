@@ -1,0 +1,1 @@
+"""The search: screening, fitting, ranking on what was held out, accepting, grouping, abstaining."""

@@ -1,0 +1,315 @@
+"""Screening: what each hypothesis would do to the residuals, by a few replays, and how much of them that could explain.
+
+The signature of an amplitude a is s = (w(a) - w(0))/a with w the whitened residuals. The size of the trial is adapted until it is felt, yet
+is not larger than the residuals themselves: effects that act beyond a threshold only, and units far from the usual, are screened alike.
+With w + sum_i a_i s_i in least squares within the bounds follow amplitudes and the expected drop of chi-squared. All that is done on some
+windows, those that differ most and others spread over the time. Hypotheses that promise something there are then run in all windows, and
+corrected along that direction if they keep less than they promised.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rille.diagnosis.evidence.evidence import Array, Evidence
+from rille.diagnosis.hypotheses.shape_tries import Tries, Values, quadrature, shape_tries
+from rille.diagnosis.inference.bounded_squares import bounded_minimum
+from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together
+from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
+
+ROUNDS = 7  # of finding the size of a trial
+FELT = 1.0  # chi-squared of a change that is felt well
+UNFELT = 1e-6  # chi-squared of one that is none
+SMALLEST = 1e-4  # of the residuals: a change should be this large at least
+LEAP, LEAPS = 25.0, 3  # factor on a step that is not felt at all, and how often that is tried
+STUBBORN, MINUTE = 0.5, 0.01  # share of a change that is still there after a smaller step, which is as small against the first one
+PROMISING = 0.01  # share of the excess that must be expected for a hypothesis to be run in all windows
+LITTLE = 0.05  # of the degrees of freedom, that count as excess at least: the noise may be overstated
+LEAST_DROP = 4.0  # of chi-squared, for the same
+KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
+CORRECTIONS = 3
+PART, FEW_WINDOWS = 8, (6, 24)  # one of so many windows is looked at first, but at least, and at most, so many
+BEST_SHAPES = 2
+BETWEEN = 9  # values between the neighbours of the best one that was tried
+SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signature:
+    """What one hypothesis does. values : its numbers where it explains most so far. drop : of chi-squared there. direction (N,) : whitened
+    change of the residuals from the base to ``values``; zeros if it promised too little to be run in all windows. one_sided : the direction
+    may not be turned. linear : share of chi-squared that its signature promises, and where. tries : shapes that were tried. silent : it
+    changes nothing within its bounds.
+    """
+
+    hypothesis: Hypothesis
+    values: Values
+    drop: float
+    direction: Single
+    one_sided: bool
+    linear: tuple[float, Values] | None
+    tries: int
+    silent: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Screened:
+    """signatures : best first, the silent ones last. tries : shapes of all hypotheses together."""
+
+    judge: Judge
+    signatures: tuple[Signature, ...]
+    tries: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Proposal:
+    """What some windows say of a hypothesis: values for each of the best shapes, with the share of chi-squared that they take away there;
+    linear : what the signatures promised, if anything.
+    """
+
+    offers: tuple[tuple[float, Values], ...]
+    linear: tuple[float, Values] | None
+    tries: int
+    silent: bool
+
+
+@dataclass(slots=True)
+class _Trial:
+    """One amplitude at one shape: the step by which it is tried, and the change that makes."""
+
+    number: FreeNumber
+    shape: Values
+    step: float
+    change: Array = field(default_factory=lambda: np.empty(0))
+    size: float = 0.0
+    weak: float = 0.0  # largest step that was too small
+    strong: float = 0.0  # smallest step that was too large
+    drowned: float = 0.0  # size of the change that it made
+    leaps: int = 0  # times that it was too small
+    jumps: bool = False  # the law sets in at once: it does as much however small the step is
+
+    @property
+    def values(self) -> Values:
+        return self.shape | {self.number.name: self.number.absent + self.step}
+
+
+def screen(
+    evidence: Evidence,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    on_top: Setting = (),
+    tries: Tries | None = None,
+    judge: Judge | None = None,
+    on_progress: Progress | None = None,
+) -> Screened:
+    """Signatures of hypotheses on top of a setting.
+
+    tries : by title of a hypothesis, values of its shape numbers to begin with (places, times). judge : of the evidence with ``on_top``,
+    if there is one already.
+    """
+    judge = judge or Judge(evidence, on_top)
+    beyond = judge.per_window(judge.base**2) - judge.floor * judge.window_degrees
+    worst = np.argsort(-beyond, kind="stable")
+    times = [float(evidence.starts[w]) for w in worst[:5]]
+    shapes = [shape_tries(h, times, (tries or {}).get(h.title, ())) for h in hypotheses]
+    few = judge
+    count = int(np.clip(len(worst) // PART, *FEW_WINDOWS))
+    if len(worst) >= 2 * count:
+        spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
+        few = Judge(evidence.subset(np.union1d(worst[: count // 2], spread)), judge.on_top, floor=judge.floor)
+    tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
+    proposals = ask_together(few, [_propose(few, h, tried) for h, tried in zip(hypotheses, shapes, strict=True)], tell)
+    tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
+    signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
+    kept = without_doubles(signatures)
+    kept.sort(key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))
+    return Screened(judge=judge, signatures=tuple(kept), tries=max(sum(p.tries for p in proposals), 1))
+
+
+def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
+    """Without those of '*' that do just what one target does (a machine with one wheel)."""
+    kept = []
+    for one in signatures:
+        others = [s for s in signatures if s.hypothesis.kind == one.hypothesis.kind and s.hypothesis.target != "*" and np.any(s.direction)]
+        size = float(np.linalg.norm(one.direction))
+        if one.hypothesis.target == "*" and any(np.linalg.norm(s.direction - one.direction) <= 1e-4 * size for s in others):
+            continue
+        kept.append(one)
+    return kept
+
+
+def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[_Proposal]:
+    """Values at which the hypothesis explains most of these windows. Where the linear promise is not kept, the amplitude is scanned."""
+    trials = yield from _felt_trials(judge, hypothesis, shapes)
+    least = max(LEAST_DROP, PROMISING * max(judge.excess, LITTLE * judge.degrees))
+    linear = [offer for offer in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if offer[0] > least]
+    offers, promised, beyond = linear, linear[0][0] if linear else 0.0, any(trial.weak or trial.jumps for trial in trials)
+    if offers:
+        blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
+        offers = _as_found(judge, blocks, [values for _, values in offers])
+    kept = offers[0][0] if offers else 0.0
+    if (kept < KEPT * promised or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
+        scanned = _scan(max(trials, key=lambda trial: trial.size), [values for _, values in offers[:1]])
+        blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
+        offers = sorted(offers + _as_found(judge, blocks, scanned), key=lambda offer: -offer[0])[:BEST_SHAPES]
+    for number in hypothesis.free if offers else ():
+        tried: Sequence[float] = number.tries
+        while tried:
+            scanned = [offers[0][1] | {number.name: value} for value in tried]
+            blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
+            found = _as_found(judge, blocks, scanned)
+            tried = _between(number, found[0][1][number.name]) if tried is number.tries and found[0][0] > offers[0][0] else ()
+            offers = sorted(offers + found, key=lambda offer: -offer[0])[:BEST_SHAPES]
+    shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
+    return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
+
+
+def _between(number: FreeNumber, best: float) -> list[float]:
+    """Values between the neighbours of the best of ``number.tries``."""
+    ordered = sorted(number.tries)
+    k = ordered.index(best)
+    return [float(v) for v in np.linspace(ordered[max(k - 1, 0)], ordered[min(k + 1, len(ordered) - 1)], BETWEEN) if v != best]
+
+
+def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tuple[float, Values]]:
+    """Offers with the drop of chi-squared that was found there, best first."""
+    drops = judge.chi2 - np.sum(blocks**2, axis=1)
+    return sorted(((float(drop), values) for drop, values in zip(drops, points, strict=True)), key=lambda offer: -offer[0])
+
+
+def _scan(trial: _Trial, proposed: Sequence[Values]) -> list[Values]:
+    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or the proposed one."""
+    number, size = trial.number, abs(trial.step)
+    aims = [abs(values[number.name] - number.absent) for values in proposed]
+    low, high = trial.weak if 0 < trial.weak < size else SCANNED_FROM * size, trial.strong or max(2.0 * size, *aims, 0.0)
+    if trial.jumps:
+        low, high = 0.1 * abs(_first_step(number)), 10.0 * abs(_first_step(number))
+    high = min(high, number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
+    steps = np.sign(trial.step) * np.geomspace(low, max(high, low), SCANNED)
+    shape = {**trial.shape, **{k: v for values in proposed for k, v in values.items() if k != number.name}}
+    return [shape | {number.name: float(np.clip(number.absent + step, number.lower, number.upper))} for step in steps]
+
+
+def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquiry[Signature]:
+    """The signature of one hypothesis at what it proposes, corrected along that direction in all windows."""
+    amplitudes = [number for number in hypothesis.free if number.amplitude]
+    values, drop, direction = hypothesis.at().numbers, 0.0, np.zeros(len(judge.base))
+    asked = [dict(point) for _, point in proposal.offers]
+    promised = max((share for share, _ in proposal.offers), default=0.0) * judge.chi2
+    for _ in range(CORRECTIONS if asked else 0):
+        blocks = yield [(*judge.on_top, hypothesis.at(point)) for point in asked]
+        drops = [judge.chi2 - float(block @ block) for block in blocks]
+        best = int(np.argmax(drops))
+        change = blocks[best] - judge.base
+        if drops[best] > drop or not np.any(direction):
+            values, drop, direction = asked[best], max(drops[best], 0.0), change
+        factor = float(np.clip(-float(change @ judge.base) / max(float(change @ change), 1e-12), 0.1, 4.0))
+        if drops[best] > KEPT * promised or abs(factor - 1.0) < 0.1:
+            break
+        asked = [_along(amplitudes, asked[best], factor)]
+    one_sided = all(n.lower >= n.absent or n.upper <= n.absent for n in amplitudes)
+    return Signature(hypothesis=hypothesis, values=dict(values), drop=drop, direction=direction.astype(np.float32), one_sided=one_sided,
+                     linear=proposal.linear, tries=proposal.tries, silent=proposal.silent)  # fmt: skip
+
+
+def _felt_trials(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[list[_Trial]]:
+    """Trials of every amplitude at every shape (twice, a quarter turn apart, where the phase is found so) that change something.
+
+    The steps that the first shape needs serve the others, if it does anything.
+    """
+    phase = quadrature(hypothesis)
+    turns = [{}] if phase is None else [{phase.name: 0.0}, {phase.name: 0.5 * np.pi}]
+    amplitudes = [number for number in hypothesis.free if number.amplitude and _first_step(number)]
+    first = [_Trial(n, dict(shapes[0]) | turn, _first_step(n)) for turn in turns for n in amplitudes]
+    yield from _run(judge, hypothesis, first, ROUNDS)
+    steps = {t.number.name: t.step for t in first if t.size > UNFELT}
+    others = [
+        _Trial(n, dict(shape) | turn, steps.get(n.name, _first_step(n))) for shape in shapes[1:] for turn in turns for n in amplitudes
+    ]
+    yield from _run(judge, hypothesis, others, 1 if steps else ROUNDS)
+    return [trial for trial in (*first, *others) if trial.size > UNFELT]
+
+
+def _run(judge: Judge, hypothesis: Hypothesis, trials: Sequence[_Trial], rounds: int) -> Inquiry[None]:
+    """Run trials, with other steps while these are too small or too large."""
+    for more in reversed(range(rounds)):
+        if not trials:
+            return
+        blocks = yield [(*judge.on_top, hypothesis.at(trial.values)) for trial in trials]
+        for trial, block in zip(trials, blocks, strict=True):
+            trial.change = block - judge.base
+            trial.size = float(trial.change @ trial.change)
+        trials = [trial for trial in trials if _resized(trial, judge)] if more else []
+
+
+def _first_step(number: FreeNumber) -> float:
+    """One spread, to the side where there is room."""
+    up, down = number.upper - number.absent, number.absent - number.lower
+    step = number.spread if number.spread > 0 else 0.1 * max(up, down)
+    return min(step, up) if up >= min(step, down) else -min(step, down)
+
+
+def _resized(trial: _Trial, judge: Judge) -> bool:
+    """Whether the trial must be repeated with another step: it is not felt, or drowns what is to be explained."""
+    most = max(judge.chi2, judge.degrees)
+    room = trial.number.upper - trial.number.absent if trial.step > 0 else trial.number.absent - trial.number.lower
+    size = abs(trial.step)
+    if trial.size > most:
+        if trial.size > STUBBORN * trial.drowned > 0 and size < MINUTE * abs(_first_step(trial.number)):
+            trial.jumps = True
+            return False
+        trial.strong, trial.drowned = size, trial.size
+        less = size * float(np.clip(0.5 * np.sqrt(most / trial.size), 1e-3, 0.5))
+        new = max(np.sqrt(trial.weak * size), less) if trial.weak else less
+    elif trial.size < max(FELT, SMALLEST * judge.chi2):
+        if trial.size < UNFELT and trial.leaps >= LEAPS and not trial.strong:
+            return False
+        trial.weak, trial.leaps = size, trial.leaps + 1
+        new = size * (LEAP if trial.size < UNFELT else float(np.clip(np.sqrt(0.1 * most / trial.size), 1.0, LEAP)))
+        new = min(new, np.sqrt(size * trial.strong) if trial.strong else np.inf, room)
+    else:
+        return False
+    if abs(new / size - 1.0) < 0.2:
+        return False
+    trial.step = float(np.sign(trial.step) * new)
+    return True
+
+
+def _offers(judge: Judge, hypothesis: Hypothesis, trials: Sequence[_Trial]) -> list[tuple[float, Values]]:
+    """(expected drop of chi-squared, values) per shape, best first, with more than no drop."""
+    phase = quadrature(hypothesis)
+    by_shape: dict[tuple, list[_Trial]] = {}
+    for trial in trials:
+        shape = {name: value for name, value in trial.shape.items() if phase is None or name != phase.name}
+        by_shape.setdefault(tuple(sorted(shape.items())), []).append(trial)
+    offers = []
+    for shape, group in by_shape.items():
+        columns = np.stack([trial.change / trial.step for trial in group])
+        if phase is None:
+            lower = np.minimum([trial.number.lower - trial.number.absent for trial in group], 0.0)
+            upper = np.maximum([trial.number.upper - trial.number.absent for trial in group], 0.0)
+        else:
+            upper = np.full(len(group), np.inf)
+            lower = -upper
+        steps, drop = bounded_minimum(columns @ columns.T, columns @ judge.base, lower, upper)
+        if drop <= 0:
+            continue
+        values = dict(shape)
+        if phase is None:
+            values |= {trial.number.name: trial.number.absent + float(step) for trial, step in zip(group, steps, strict=True)}
+        else:
+            sine, cosine = (
+                sum(float(s) for t, s in zip(group, steps, strict=True) if (t.shape[phase.name] > 0.1) == late) for late in (False, True)
+            )
+            number = group[0].number
+            size = float(np.clip(np.hypot(sine, cosine), 0.0, number.upper - number.absent))
+            values |= {number.name: number.absent + size, phase.name: float(np.arctan2(cosine, sine))}
+        offers.append((drop, values))
+    return sorted(offers, key=lambda offer: -offer[0])
+
+
+def _along(amplitudes: Sequence[FreeNumber], values: Values, factor: float) -> Values:
+    """Amplitudes scaled by a factor within their bounds."""
+    scaled = {n.name: float(np.clip(n.absent + factor * (values.get(n.name, n.absent) - n.absent), n.lower, n.upper)) for n in amplitudes}
+    return dict(values) | scaled

@@ -1,0 +1,206 @@
+"""The search for what is missing: screen, fit, rank, accept, look again on top of it, and say what could not be told apart.
+
+Greedy over pieces, with two safeguards: pairs that promise more than any single piece are fitted jointly from the start, and after each
+piece all alternatives (each accepted piece against its rivals, or left out) are fitted again with the starts of the windows taken under the
+new model. A piece stays only if it predicts windows that it was not fitted to, by more than two standard errors and the price of having
+looked at many (``accept.py``).
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rille.diagnosis.evidence.evidence import Evidence
+from rille.diagnosis.hypotheses.shape_tries import Tries
+from rille.diagnosis.inference.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted, loud_channels, noise_of
+from rille.diagnosis.inference.confound import groups
+from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
+from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of
+from rille.diagnosis.inference.judge import Judge, Progress
+from rille.diagnosis.inference.pairs import promising_pairs
+from rille.diagnosis.inference.rank import rank
+from rille.diagnosis.inference.screen import Screened, screen
+from rille.diagnosis.inference.settle import State, own_fit, same, settle
+from rille.model.diagnosis import Verdict
+from rille.model.effect import EffectKind
+from rille.model.hypothesis import Hypothesis, Setting
+
+LEAST_WINDOWS = 4
+LEAST_DEGREES = 20.0
+SURVIVORS = 12  # of the screen, that are fitted
+WORTH = 0.3  # of the best's drop of chi-squared, that a survivor promises at least
+LITTLE = 0.02  # share of the excess that is left by a law of few numbers, below which no more costly hypotheses are tried
+FEW_NUMBERS = 2
+PAIRS = 4  # that are fitted jointly
+BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
+CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
+BROKEN = 1.5  # promise over what the best fit keeps, for that
+UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
+
+
+def search(
+    evidence: Evidence,
+    hypotheses: Sequence[Hypothesis],
+    *,
+    always: Setting = (),
+    kinds: Mapping[str, EffectKind] | None = None,
+    most: int = 4,
+    tries: Tries | None = None,
+    floor: float = 1.0,
+    on_progress: Progress | None = None,
+) -> Found:
+    """What explains the evidence.
+
+    always : terms that are no part of the question, their free numbers are fitted along (soil parameters of a bench). kinds : the
+    catalogue, for equations and sources. most : pieces at most. tries : by title, values of shape numbers to begin with. floor :
+    chi-squared per degree that noise alone gives. on_progress : called with what is being done and the share of it that is done.
+    """
+    judge = Judge(evidence, always, floor=floor)
+    if judge.metric.n_windows < LEAST_WINDOWS or judge.degrees < LEAST_DEGREES:
+        note = f"{judge.metric.n_windows} windows with {judge.degrees:.0f} degrees of freedom are too few to hold any out; record longer"
+        return _answer(State(always=always, first=judge, judge=judge, notes=[note]), kinds or {}, "cannot_know")
+    if any(number for term in always for number in term.hypothesis.free):
+        always = fit_together(judge, [[always]], on_progress=on_progress)[0].setting
+        judge = Judge(evidence, always, floor=floor)
+    state = State(always=always, first=judge, judge=judge)
+    while len(state.pieces) < most and _worth_looking(state):
+        if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
+            break
+    return _answer(state, kinds or {}, _verdict(state))
+
+
+def _worth_looking(state: State) -> bool:
+    """Whether enough is left that another piece could be accepted. The first look is always worth it: noise may be overstated."""
+    return not state.pieces or (differs(state.judge) and state.judge.excess > LEAST_EXCESS * state.first.excess)
+
+
+def _look(
+    state: State, evidence: Evidence, hypotheses: Sequence[Hypothesis], most: int, tries: Tries | None, on_progress: Progress | None
+) -> bool:
+    """One more piece (or two) on top of what is accepted; whether any was."""
+    judge = state.judge
+    remaining = [h for h in hypotheses if not any(same(h, piece.hypothesis) for piece in state.pieces)]
+    screened, singles = _fitted_singles(judge, remaining, tries, on_progress)
+    pairs = _fitted_pairs(screened, judge.chi2 - min(one.chi2 for one in singles), on_progress) if singles and most > 1 else []
+    n, excess = screened.tries, state.first.excess
+    scores = rank(judge.evidence, [*singles, *pairs], judge=judge)
+    if not state.pieces and singles:
+        alone = rank(judge.evidence, singles, judge=judge)
+        state.standing = Standing(judge=judge, fitted=tuple(singles), scores=alone, confounded=groups(alone, singles, judge.metric.edges))
+    order = sorted(range(1, len(singles) + 1), key=lambda i: -scores.gain[i])
+    taken = singles[order[0] - 1] if order and is_accepted(scores, order[0], 0, judge, tries=n, excess=excess) else None
+    pair = max(range(len(singles) + 1, len(singles) + len(pairs) + 1), key=lambda i: scores.gain[i], default=None)
+    if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, excess=excess) for other in (order[0], 0)):
+        taken = pairs[pair - len(singles) - 1]
+    chances = _second_chances(state, evidence, screened, taken, on_progress)
+    if chances and (taken is None or chances[0].chi2 < taken.chi2) and state.accepts(chances[0], None, n):
+        taken = chances[0]
+    if taken is None:
+        if not singles:
+            state.notes.append("no hypothesis changes the recordings towards what was measured")
+        return False
+    rivals = [one.setting[-1] for one in chances] + [singles[i - 1].setting[-1] for i in order]
+    new = len(taken.setting) - len(judge.on_top)
+    return settle(state, evidence, taken, [*state.rivals, *[rivals] * new], n, on_progress)
+
+
+def _second_chances(
+    state: State, evidence: Evidence, screened: Screened, taken: Fitted | None, on_progress: Progress | None
+) -> list[Fitted]:
+    """Hypotheses whose signatures promise far more than they, or the best so far, keep: fitted under starts of their own, best first.
+
+    A wheel that should stand deeper bounces in every window that begins at the depth of the base model.
+    """
+    judge = state.judge
+    kept = judge.chi2 - taken.chi2 if taken is not None else 0.0
+    promising = sorted((s for s in screened.signatures if s.linear is not None), key=lambda s: -(s.linear or (0.0, {}))[0])
+    found = []
+    for s in promising[:CHANCES]:
+        share, values = s.linear or (0.0, {})
+        if share * judge.chi2 > BROKEN * max(kept, s.drop, LEAST_SHARE * judge.degrees):
+            if on_progress is not None:
+                on_progress("trying other starts", len(found) / CHANCES)
+            found.append(own_fit(evidence, (*judge.on_top, s.hypothesis.at(values)), state)[0])
+    return sorted(found, key=lambda one: one.chi2)
+
+
+def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries | None,
+                    on_progress: Progress | None) -> tuple[Screened, list[Fitted]]:  # fmt: skip
+    """All hypotheses screened, and the best fitted. Those with whole numbers, which take many trials, only if others leave something."""
+    cheap = [h for h in hypotheses if all(n.search != "order" for n in h.free)]
+    costly = [h for h in hypotheses if h not in cheap and _may_show(h, judge)]
+    screened, singles, done = Screened(judge=judge, signatures=(), tries=0), [], []
+    for part in (cheap, costly):
+        simple = min((one.chi2 for one in singles if one.count <= FEW_NUMBERS), default=judge.chi2)
+        noise = noise_of(judge, simple, judge.degrees) * judge.degrees
+        if not part or (singles and simple - noise < LITTLE * (judge.chi2 - noise)):
+            continue
+        more = screen(judge.evidence, part, tries=tries, judge=judge, on_progress=on_progress)
+        signatures = sorted((*screened.signatures, *more.signatures), key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))
+        screened = Screened(judge=judge, signatures=tuple(signatures), tries=screened.tries + more.tries)
+        loud = [s for s in signatures if not s.silent and s.drop > 0]
+        chosen = [s for s in loud if s.drop > WORTH * loud[0].drop and s.hypothesis not in done][:SURVIVORS]
+        done += [s.hypothesis for s in chosen]
+        singles += fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in chosen], on_progress=on_progress)
+    return screened, singles
+
+
+def _may_show(hypothesis: Hypothesis, judge: Judge) -> bool:
+    """Whether the channels of what a hypothesis acts on differ; or there are none. What acts on a joint moves that joint most."""
+    channels = judge.evidence.channels
+    own = [k for k, channel in enumerate(channels) if hypothesis.target in ("*", channel.target)]
+    loud = loud_channels(judge)
+    return bool(np.isin(own, loud).any()) if own else bool(len(loud))
+
+
+def _fitted_pairs(screened: Screened, best_drop: float, on_progress: Progress | None) -> list[Fitted]:
+    """Joint fits of the pairs that promise more than the best piece alone."""
+    judge = screened.judge
+    starts = []
+    for one, other, drop in promising_pairs(screened, PAIRS):
+        if drop > BETTER * best_drop:
+            starts.append([(*judge.on_top, one.hypothesis.at(one.values), other.hypothesis.at(other.values))])
+    return fit_together(judge, starts, on_progress=on_progress) if starts else []
+
+
+def _verdict(state: State) -> Verdict:
+    """Of the whole search."""
+    first = state.first
+    if state.pieces and state.standing is not None:
+        return verdict_of(state.standing, tuple(state.pieces), leftover_share(first, state.judge))
+    if not differs(first):
+        return "nothing_missing"
+    undecided = (
+        state.standing is not None
+        and min(one.chi2 for one in state.standing.fitted) - first.floor * first.degrees < UNDECIDED * first.excess
+    )
+    if undecided:
+        state.notes.append(
+            "some hypotheses would explain the difference, but none predicts windows that it was not fitted to clearly better"
+        )
+    return "cannot_know" if undecided else "unknown"
+
+
+def _answer(state: State, kinds: Mapping[str, EffectKind], verdict: Verdict) -> Found:
+    first, always = state.first, len(state.always)
+    leftover = leftover_share(first, state.judge)
+    rows, grouped, none = ranked(state.standing, always, leftover, kinds) if state.standing else ((), (), 1.0)
+    best = state.standing.fitted[state.standing.confounded.order[0] - 1] if state.standing and state.pieces else None
+    numbers = estimates(best, first.metric.edges)[always:] if best else ()
+    return Found(
+        verdict=verdict,
+        setting=state.setting,
+        terms=named_terms(numbers, tuple(state.pieces), kinds),
+        ranked=rows,
+        groups=grouped,
+        leftover=leftover,
+        chi2_before=first.chi2,
+        chi2_after=state.judge.chi2,
+        degrees=first.degrees,
+        degrees_after=state.judge.degrees,
+        kappa=max(1.0, state.judge.chi2 / max(state.judge.degrees, 1.0)),
+        nothing=none,
+        evidence=state.judge.evidence,
+        replays=state.replays + state.judge.replays,
+        notes=tuple(dict.fromkeys(state.notes)),
+    )

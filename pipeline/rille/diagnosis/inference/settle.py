@@ -1,0 +1,153 @@
+"""A new answer is settled: starts of the windows are fitted under it, it and its rivals are fitted again, needless pieces are dropped.
+
+Where the new starts explain clearly more than the old ones do (starts that bend, as of wheels that stand deeper in softer soil), rivals
+within reach get starts of their own, too; the base always keeps its own. So nobody is judged by the starts of another.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rille.diagnosis.evidence.evidence import Evidence
+from rille.diagnosis.inference.accept import LEAST_SHARE, is_accepted
+from rille.diagnosis.inference.confound import groups
+from rille.diagnosis.inference.fit import Fitted, fit_together
+from rille.diagnosis.inference.found import Standing
+from rille.diagnosis.inference.judge import Judge, Progress
+from rille.diagnosis.inference.rank import rank
+from rille.model.hypothesis import Hypothesis, Setting, Term
+
+RIVALS = 6  # of each accepted piece, that are fitted again
+OWN = 3  # rivals that get starts of their own
+WITHIN_REACH = 0.5  # of the drop of chi-squared of the best, for that
+ROUNDS = 4  # of taking starts anew and of changing one's mind
+
+
+@dataclass(slots=True)
+class State:
+    """How far the search is. first : judge of the base. judge : of what is accepted so far, under its own starts. rivals : of each accepted
+    piece the other terms for its place, best first. standing : the accepted ones among their alternatives.
+    """
+
+    always: Setting
+    first: Judge
+    judge: Judge
+    pieces: list[Term] = field(default_factory=list)
+    rivals: list[list[Term]] = field(default_factory=list)
+    standing: Standing | None = None
+    replays: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def setting(self) -> Setting:
+        """All that is assumed."""
+        return (*self.always, *self.pieces)
+
+    def accepts(self, new: Fitted, old: Fitted | None, tries: int) -> bool:
+        """Whether one setting says more than another, or than the accepted one (None)."""
+        fitted = [new] if old is None else [new, old]
+        scores = rank(self.judge.evidence, fitted, judge=self.judge)
+        return is_accepted(scores, 1, len(fitted) - 1 if old is None else 2, self.judge, tries=tries, excess=self.first.excess)
+
+
+def same(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether two hypotheses are about the same thing."""
+    return (one.cause, one.kind, one.target) == (other.cause, other.kind, other.target)
+
+
+def same_pieces(one: Setting, other: Setting) -> bool:
+    """Whether two settings have the same pieces."""
+    return {(t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target) for t in one} == {
+        (t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target) for t in other
+    }
+
+
+def own_fit(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted, Evidence]:
+    """A setting fitted under starts of its own, and the evidence with these."""
+    linear = evidence.relinearised(setting)
+    judge = Judge(linear, setting, floor=state.first.floor)
+    (fitted,) = fit_together(judge, [[setting]])
+    state.replays += judge.replays
+    return fitted, linear
+
+
+def settle(
+    state: State, evidence: Evidence, taken: Fitted, rivals: list[list[Term]], tries: int, on_progress: Progress | None = None
+) -> bool:
+    """Settle on ``taken`` (or on a rival of one of its pieces, or on less) and write it into the state; False if nothing new is left of it.
+
+    evidence : under the starts of the base. rivals : of each piece of ``taken``.
+    """
+    always, standing, linear = len(state.always), None, state.judge.evidence
+    for _ in range(ROUNDS):
+        if on_progress is not None:
+            on_progress("fitting the starts of windows again", 0.0)
+        anew = evidence.relinearised(taken.setting)
+        here = Judge(anew, taken.setting, floor=state.first.floor)
+        trifle = LEAST_SHARE * here.degrees
+        bent = here.chi2 < taken.chi2 - trifle
+        if here.chi2 > taken.chi2 + trifle:  # numbers may have made up for what the step does, and it is other under the new model
+            (again,) = fit_together(here, [[taken.setting]])
+            state.replays += here.replays
+            here = Judge(anew, again.setting, floor=state.first.floor)
+            taken = again if here.chi2 <= taken.chi2 + trifle else taken
+        if here.chi2 > taken.chi2 + trifle:
+            state.notes.append("starts fitted under the new model explain less than those before; the latter are kept")
+            here = Judge(linear, taken.setting, floor=state.first.floor)
+        linear = here.evidence
+        full = _alternatives(taken.setting, always, rivals)
+        less = [taken.setting[:k] + taken.setting[k + 1 :] for k in range(always, len(taken.setting))]
+        less = less if len(less) > 1 else []
+        fitted = fit_together(here, [[setting] for setting in (*full, *less)], on_progress=on_progress)
+        state.replays += here.replays
+        if bent:
+            fitted = _under_own_starts(state, evidence, fitted, len(full))
+        kept, shorter = fitted[: len(full)], fitted[len(full) :]
+        scores = rank(linear, kept, judge=state.first)
+        standing = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, here.metric.edges))
+        winner = kept[standing.confounded.order[0] - 1]
+        needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
+        if needless:
+            k = min(needless, key=lambda k: shorter[k].chi2)
+            taken, rivals = shorter[k], rivals[:k] + rivals[k + 1 :]
+            if same_pieces(taken.setting, state.setting):
+                return False
+            continue
+        settled = same_pieces(winner.setting, taken.setting) and not (bent and winner.chi2 < here.chi2 - trifle)
+        taken = winner
+        if settled:
+            break
+    if standing is None or not same_pieces(standing.fitted[standing.confounded.order[0] - 1].setting, taken.setting):
+        return False
+    if same_pieces(taken.setting, state.setting) or not state.accepts(taken, None, tries):
+        return False
+    state.pieces, state.rivals, state.standing = list(taken.setting[always:]), rivals, standing
+    state.replays += state.judge.replays
+    state.judge = Judge(linear, taken.setting, floor=state.first.floor)
+    return True
+
+
+def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], count: int) -> list[Fitted]:
+    """The fits; those of rivals within reach (of the first ``count``, the best leading) and of shorter settings under own starts."""
+    drop = state.first.chi2 - fitted[0].chi2
+    order = sorted(range(1, count), key=lambda i: fitted[i].chi2)
+    reach = [i for i in order if state.first.chi2 - fitted[i].chi2 > WITHIN_REACH * drop][:OWN]
+    found = list(fitted)
+    for i in (*reach, *range(count, len(fitted))):
+        own, _ = own_fit(evidence, fitted[i].setting, state)
+        found[i] = own if own.chi2 < fitted[i].chi2 else fitted[i]
+    return found
+
+
+def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
+    """The setting itself, and each of its pieces against its rivals and simpler ones of its target, whosever rivals they were."""
+    found = [taken]
+    most = RIVALS if len(rivals) == 1 else RIVALS // 2
+    for k, own in enumerate(rivals, start=always):
+        piece = taken[k].hypothesis
+        others = [term for term in own if not same(term.hypothesis, piece)][:most]
+        others += [t for each in rivals for t in each if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)]
+        for term in others:
+            setting = (*taken[:k], term, *taken[k + 1 :])
+            if not any(same(term.hypothesis, t.hypothesis) for t in taken) and not any(same_pieces(setting, one) for one in found):
+                found.append(setting)
+    return found

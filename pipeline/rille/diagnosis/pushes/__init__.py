@@ -1,0 +1,1 @@
+"""Short pushes, told from the model's own errors by recordings in which nothing pushed."""

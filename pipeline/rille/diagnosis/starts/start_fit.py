@@ -1,0 +1,398 @@
+"""Start states of windows by maximum a posteriori: the smoothed state as prior, the window's samples as data, the simulator between them.
+
+Minimises, of every window, sum_i rho((y_i - h_i(x))/sigma_i) + |z|^2/2 with x = x_smoothed + L z and |z_k| <= 5, by Gauss-Newton with step
+control; rho is Huber's (quadratic up to three sigma). A window that cannot be fitted near its smoothed start is tried by continuation; one
+that still cannot shows an error of the model, which is not white: its samples then count as few independent ones with the variance that is
+left, and it is fitted again from the smoothed start. So a model that is wrong cannot hide its error in the start; blame stays where it
+belongs. Derivatives are differences through the simulator, all windows at once; directions that no sample can see within the prior are left
+alone.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.diagnosis.starts.start_states import Starts
+from rille.diagnosis.starts.state_coordinates import moved
+from rille.model.recording import Channel
+
+Array = NDArray[np.float64]
+HUBER = 3.0  # [sigma]
+FARTHEST = 5.0  # [standard deviations of the prior]
+INDEPENDENT = 20.0  # samples that a window counts as where the model does not fit it
+UNFIT = 6.0  # standard errors of chi-squared beyond which it does not
+FARTHER = 100.0  # the same where that was too near
+HORIZONS = (0.1, 0.3, 1.0)  # shares of a window that is tried once more
+NUDGE = 0.3  # [standard deviations of the prior] of a difference
+VISIBLE = 0.3  # chi-squared of a window per standard deviation of the prior, below which a direction is left alone
+UNTOUCHED = 0.1  # of that, below which a channel does not answer to a direction
+SCREENED = 5  # windows at most, one of four, in which all directions are tried
+WORTH = 0.1  # decrease of a window's cost below which it is left as it is
+BENT = 0.3  # share by which a step's gain misses the promised one, beyond which derivatives are taken anew
+ROUNDS = 6
+ENDED = 10.0  # [sigma] counted for a sample that the run did not reach
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartFit:
+    """states : (n_windows, n) fitted. shift : (n_windows,) root mean square of z over directions that the recording shows. gain : of each
+    channel (m,) [unit] standard deviation that the uncertainty of the start gives to a sample. unfit : windows that
+    no start near the recorded one fits. standard : (n_windows, n_coordinates, 2) z. columns : (coordinate, order) of the directions that
+    were fitted. slopes : of each channel (n_directions, m) derivatives of what is simulated by z [sigma].
+    """
+
+    states: Array
+    shift: Array
+    gain: list[Array]
+    unfit: NDArray[np.int64]
+    standard: Array
+    columns: tuple[tuple[int, int], ...]
+    slopes: list[Array]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Samples:
+    """Samples of one channel in windows. window : (m,) ascending. time : (m,) [s] delays taken off. value : (m,). noise : 1 sigma."""
+
+    channel: Channel
+    window: NDArray[np.int64]
+    time: Array
+    value: Array
+    noise: float
+
+
+def residuals(samples: Samples, predicted: Array) -> Array:
+    """value - predicted (..., m); angles wrapped; components of quaternions with the sign of their window, since q and -q are one turn."""
+    if samples.channel.component in ("roll", "pitch", "yaw"):
+        return (samples.value - predicted + np.pi) % (2 * np.pi) - np.pi
+    if samples.channel.quantity == "part.orientation" and len(samples.window):
+        firsts = np.flatnonzero(np.r_[True, np.diff(samples.window) > 0])
+        along = np.add.reduceat(np.nan_to_num(samples.value * predicted), firsts, axis=-1)
+        sign = np.where(along < 0, -1.0, 1.0)
+        return samples.value - np.repeat(sign, np.diff(np.r_[firsts, len(samples.window)]), axis=-1) * predicted
+    return samples.value - predicted
+
+
+class _Problem:
+    """Standardised residuals of all windows for start states moved by standard deviations."""
+
+    def __init__(self, simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples]) -> None:
+        self.simulator, self.starts, self.stops, self.samples = simulator, starts, stops, samples
+        self.n_windows = len(stops)
+        self.horizon = 1.0  # share of every window that counts
+        begin = starts.states[:, 0]
+        self._shares = [(s.time - begin[s.window]) / (stops - begin)[s.window] for s in samples]
+
+    def states(self, standard: Array) -> Array:
+        """(..., n_windows, n) for ``standard`` (..., n_windows, n_coordinates, 2)."""
+        base = np.broadcast_to(self.starts.states, (*standard.shape[:-3], *self.starts.states.shape))
+        return moved(base, self.starts.coordinates, self.starts.change(standard))
+
+    def near(self, number: int) -> NDArray[np.bool_]:
+        """Samples of a channel (m,) within the horizon."""
+        return self._shares[number] <= self.horizon + 1e-6
+
+    def standardised(self, standard: Array, windows: NDArray[np.int64]) -> list[Array]:
+        """Residuals (k, m) in sigmas of each channel, of samples in ``windows`` within the horizon; others are NaN.
+
+        standard : (k, n_windows, n_coordinates, 2).
+        """
+        states = self.states(standard)[:, windows]
+        place = np.full(self.n_windows, -1)
+        place[windows] = np.arange(len(windows))
+        chosen = [(place[s.window] >= 0) & self.near(number) for number, s in enumerate(self.samples)]
+        picks = [(place[s.window[here]], s.time[here]) for s, here in zip(self.samples, chosen, strict=True)]
+        begin = states[0, :, 0]
+        stops = begin + np.minimum(1.0, self.horizon) * (self.stops[windows] - begin)
+        answers = self.simulator.predict(states, stops, [s.channel for s in self.samples], picks)
+        result = []
+        for s, here, answer in zip(self.samples, chosen, answers, strict=True):
+            full = np.full((len(standard), len(s.time)), np.nan)
+            part = Samples(channel=s.channel, window=s.window[here], time=s.time[here], value=s.value[here], noise=s.noise)
+            left = residuals(part, answer) / s.noise
+            full[:, here] = np.where(np.isfinite(left), left, ENDED)
+            result.append(full)
+        return result
+
+
+def fit_starts(
+    simulator: Any,
+    starts: Starts,
+    stops: Array,
+    samples: Sequence[Samples],
+    on_progress: Callable[[int, int, str], None] | None = None,
+    *,
+    say: Sequence[bool] | None = None,
+    far: float = 1.0,
+    error: Callable[[Array], Sequence[Array]] | None = None,
+) -> StartFit:
+    """Fitted start states.
+
+    Parameters
+    ----------
+    say : of each channel of ``samples``, whether it takes part in the fit; the others get their derivatives only. None: all do.
+    far : share of the windows; if more than that are not fitted near their smoothed starts, none is tried far from it: then the model is
+        what is wrong. error : of states (n_windows, n), what the simulator's step does to each channel (m,) [unit]; starts are fitted to
+        what it would show without. None: nothing.
+    """
+    problem = _Problem(simulator, starts, stops, samples)
+    directions = _visible(problem, len(starts.coordinates))
+    descent = _Descent(problem, directions, say)
+    descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
+    if error is not None:
+        descent.correct(error(problem.states(descent.standard[None])[0]))
+        descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
+    unfit = descent.unfit()
+    if len(unfit) <= far * problem.n_windows:
+        descent.extend(unfit, on_progress)
+    unfit = descent.unfit()
+    if len(unfit):
+        descent.temper(unfit)
+        descent.run(unfit, on_progress, "fitting starts where the model differs")
+    standard = descent.standard
+    counted = np.maximum(starts.seen.sum(axis=1) * 2, 1)
+    shift = np.sqrt((standard**2 * starts.seen[:, :, None]).sum(axis=(1, 2)) / counted)
+    return StartFit(
+        states=problem.states(standard[None])[0],
+        shift=shift,
+        gain=descent.gains(),
+        unfit=unfit,
+        standard=standard,
+        columns=directions.columns,
+        slopes=descent.jacobian,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Directions:
+    """Directions (coordinate, order: 0 value, 1 rate) that samples can see. touches : (n_directions, n_channels) whether a channel answers.
+
+    groups : directions that no channel answers to two of; they are tried together (Curtis, Powell & Reid 1974).
+    """
+
+    columns: tuple[tuple[int, int], ...]
+    touches: NDArray[np.bool_]
+    groups: tuple[tuple[int, ...], ...]
+
+
+def _linearised(problem: _Problem, standard: Array, directions: _Directions, windows: NDArray[np.int64]) -> tuple[list[Array], list[Array]]:
+    """Derivatives (n_directions, m) of predicted samples in sigmas per standard deviation, and residuals (m,) in sigmas, of each
+    channel.
+    """
+    sides = np.repeat(standard[None], len(directions.groups) + 1, axis=0)
+    for number, group in enumerate(directions.groups):
+        for k in group:
+            sides[(number + 1, slice(None), *directions.columns[k])] += NUDGE
+    blocks = problem.standardised(sides, windows)
+    derivatives = []
+    for channel, block in enumerate(blocks):
+        slopes = np.zeros((len(directions.columns), block.shape[1]))
+        for number, group in enumerate(directions.groups):
+            for k in group:
+                if directions.touches[k, channel]:
+                    slopes[k] = np.nan_to_num(-(block[number + 1] - block[0]) / NUDGE)
+        derivatives.append(slopes)
+    return derivatives, [np.nan_to_num(block[0]) for block in blocks]
+
+
+def _visible(problem: _Problem, n_coordinates: int) -> _Directions:
+    """Directions that some sample of the tried windows can see within the prior."""
+    count = max(1, min(SCREENED, problem.n_windows // 4))
+    tried = ((np.arange(count) + 0.5) * problem.n_windows / count).astype(np.int64)
+    columns = tuple((c, order) for c in range(n_coordinates) for order in range(2))
+    every = _Directions(
+        columns=columns,
+        touches=np.ones((len(columns), len(problem.samples)), dtype=bool),
+        groups=tuple((k,) for k in range(len(columns))),
+    )
+    jacobian, _ = _linearised(problem, np.zeros((problem.n_windows, n_coordinates, 2)), every, tried)
+    power = np.zeros((len(columns), len(problem.samples), problem.n_windows))
+    for channel, (block, s) in enumerate(zip(jacobian, problem.samples, strict=True)):
+        for k in range(len(columns)):
+            power[k, channel] = np.bincount(s.window, weights=block[k] ** 2, minlength=problem.n_windows)
+    seen = np.flatnonzero(power.sum(axis=1).max(axis=1, initial=0.0) > VISIBLE)
+    touches = power[seen].max(axis=2, initial=0.0) > VISIBLE * UNTOUCHED
+    groups: list[list[int]] = []
+    for k in np.argsort(-touches.sum(axis=1), kind="stable").tolist():
+        for group in groups:
+            if not (touches[group].any(axis=0) & touches[k]).any():
+                group.append(k)
+                break
+        else:
+            groups.append([k])
+    return _Directions(columns=tuple(columns[k] for k in seen), touches=touches, groups=tuple(tuple(g) for g in groups))
+
+
+class _Descent:
+    """Gauss-Newton of all windows side by side. ``share`` (n_windows,): weight of a window's samples."""
+
+    def __init__(self, problem: _Problem, directions: _Directions, say: Sequence[bool] | None) -> None:
+        self.problem, self.directions, self.columns = problem, directions, directions.columns
+        self.say = [1.0 if heard else 0.0 for heard in (say if say is not None else [True] * len(problem.samples))]
+        n_windows = problem.n_windows
+        self.standard = np.zeros((n_windows, len(problem.starts.coordinates), 2))
+        self.where = [np.searchsorted(s.window, np.arange(n_windows + 1)) for s in problem.samples]
+        self.share, self.farthest = np.ones(n_windows), FARTHEST
+        self.jacobian, self.left = _linearised(problem, self.standard, directions, np.arange(n_windows))
+        self.at_start = [(slopes.copy(), block.copy()) for slopes, block in zip(self.jacobian, self.left, strict=True)]
+        self.cost = self._costs(self.left, self.standard)
+
+    def run(self, active: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None, stage: str) -> None:
+        """Rounds until no active window gains any more."""
+        damping = np.zeros(self.problem.n_windows)
+        for number in range(ROUNDS if self.columns else 0):
+            if on_progress:
+                on_progress(number, ROUNDS, stage)
+            trial, promised = self.standard.copy(), np.zeros(self.problem.n_windows)
+            for window in active:
+                trial[window], promised[window] = self._step(int(window), float(damping[window]))
+            active = active[promised[active] > WORTH]
+            if len(active) == 0:
+                break
+            tried = [block[0] for block in self.problem.standardised(trial[None], active)]
+            gained = np.where(np.isin(np.arange(len(promised)), active), self.cost - self._costs(tried, trial), 0.0)
+            better, worse = active[gained[active] > 0], active[gained[active] <= 0]
+            self.standard[better] = trial[better]
+            for block, fresh, s in zip(self.left, tried, self.problem.samples, strict=True):
+                here = np.isin(s.window, better)
+                block[here] = np.nan_to_num(fresh[here])
+            self.cost[better] -= gained[better]
+            damping[worse] = np.maximum(1.0, 10 * damping[worse])
+            damping[better] *= 0.1
+            bent = better[(np.abs(gained[better] / promised[better] - 1) > BENT) & (gained[better] > 10 * WORTH)]
+            if len(bent):
+                self._bend(bent)
+            active = np.setdiff1d(active, better[gained[better] < WORTH])
+        if on_progress:
+            on_progress(ROUNDS, ROUNDS, stage)
+
+    def correct(self, error: Sequence[Array]) -> None:
+        """Takes what the step does to each channel (m,) [unit] off what is simulated."""
+        self.problem.samples = [replace(s, value=s.value + e) for s, e in zip(self.problem.samples, error, strict=True)]
+        for blocks in (self.left, [block for _, block in self.at_start]):
+            for block, s, e in zip(blocks, self.problem.samples, error, strict=True):
+                block += np.where(np.abs(block) < ENDED, e / s.noise, 0.0)
+        self.cost = self._costs(self.left, self.standard)
+
+    def _excess(self) -> tuple[Array, Array]:
+        """Chi-squared per sample (n_windows,) of those within the horizon, and how many they are."""
+        chi2, count = np.zeros(len(self.share)), np.zeros(len(self.share))
+        for number, (block, edges) in enumerate(zip(self.left, self.where, strict=True)):
+            near = self.problem.near(number) & (self.say[number] > 0)
+            chi2 += np.diff(np.r_[0.0, np.cumsum(np.where(near, np.minimum(block**2, ENDED**2 * 1e4), 0.0))][edges])
+            count += np.diff(np.r_[0, np.cumsum(near)][edges])
+        return chi2 / np.maximum(count, 1), np.maximum(count, 1)
+
+    def unfit(self) -> NDArray[np.int64]:
+        """Windows whose residual is more than noise."""
+        excess, count = self._excess()
+        return np.flatnonzero(excess > 1 + UNFIT * np.sqrt(2 / count))
+
+    def extend(self, windows: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None) -> None:
+        """Tries again far from the smoothed start, by continuation: first the beginning of a window, then ever more of it.
+
+        Violent motion makes the smoothed start worse than it says, and the end of a window answer to its start in no linear way. What is
+        fitted to the noise in the end is the start; where that fails the model is wrong, and the start goes back.
+        """
+        if not len(windows) or not self.columns:
+            return
+        before = [block.copy() for block in self.left], self.standard.copy(), [block.copy() for block in self.jacobian]
+        tried = windows
+        self.farthest = FARTHER
+        self.standard[windows] = 0
+        for horizon in HORIZONS:
+            self.problem.horizon = horizon
+            self._bend(windows)
+            self.run(windows, on_progress, "fitting starts once more")
+            windows = np.setdiff1d(windows, self.unfit())
+            if not len(windows):
+                break
+        self.farthest, self.problem.horizon = FARTHEST, 1.0
+        back = np.setdiff1d(tried, windows)
+        self.standard[back] = before[1][back]
+        for number, s in enumerate(self.problem.samples):
+            here = np.isin(s.window, back)
+            self.left[number][here], self.jacobian[number][:, here] = before[0][number][here], before[2][number][:, here]
+        self.cost = self._costs(self.left, self.standard)
+
+    def temper(self, windows: NDArray[np.int64]) -> None:
+        """Takes weight from the samples of windows that the model does not fit, and puts them back to their smoothed start."""
+        excess, count = self._excess()
+        softly = np.minimum(1.0, excess[windows] - 1)  # a small misfit changes little
+        self.share[windows] = np.minimum(1.0, INDEPENDENT / count[windows]) ** softly / excess[windows]
+        self.standard[windows] = 0
+        for slopes, block, start, s in zip(self.jacobian, self.left, self.at_start, self.problem.samples, strict=True):
+            here = np.isin(s.window, windows)
+            slopes[:, here], block[here] = start[0][:, here], start[1][here]
+        self.cost = self._costs(self.left, self.standard)
+
+    def _bend(self, windows: NDArray[np.int64]) -> None:
+        """Derivatives and residuals anew."""
+        fresh, left = _linearised(self.problem, self.standard, self.directions, windows)
+        for number, s in enumerate(self.problem.samples):
+            here = np.isin(s.window, windows)
+            self.jacobian[number][:, here], self.left[number][here] = fresh[number][:, here], left[number][here]
+        self.cost[windows] = self._costs(self.left, self.standard)[windows]
+
+    def _costs(self, left: list[Array], standard: Array) -> Array:
+        """Cost (n_windows,) as minimised."""
+        cost = np.zeros(len(self.share))
+        for block, edges, heard in zip(left, self.where, self.say, strict=True):
+            if not heard:
+                continue
+            size = np.abs(np.nan_to_num(block))
+            each = np.where(size <= HUBER, 0.5 * size**2, HUBER * (size - 0.5 * HUBER))
+            cost += np.diff(np.r_[0.0, np.cumsum(each)][edges])
+        return self.share * cost + 0.5 * (standard**2).sum(axis=(1, 2))
+
+    def _rows(self, blocks: list[Array], window: int) -> Array:
+        return np.concatenate([b[..., e[window] : e[window + 1]] for b, e in zip(blocks, self.where, strict=True)], axis=-1)
+
+    def _heard(self, window: int) -> Array:
+        """(m,) 1 for samples of channels that take part."""
+        return np.concatenate([np.full(e[window + 1] - e[window], heard) for heard, e in zip(self.say, self.where, strict=True)])
+
+    def _step(self, window: int, damping: float) -> tuple[Array, float]:
+        """Next z of one window (n_coordinates, 2), and the decrease of the cost that its linear model promises."""
+        slope, rest = self._rows(self.jacobian, window), self._rows(self.left, window)
+        weight = self.share[window] * _weights(rest) * self._heard(window)
+        now = np.array([self.standard[window][c] for c in self.columns])
+        normal = (slope * weight) @ slope.T + np.eye(len(self.columns))
+        gradient = (slope * weight) @ rest - now
+        change = _bounded_step(normal + damping * np.eye(len(normal)), gradient, -self.farthest - now, self.farthest - now)
+        after = self.standard[window].copy()
+        for (coordinate, order), move in zip(self.columns, change, strict=True):
+            after[coordinate, order] += move
+        return after, float(gradient @ change - 0.5 * change @ normal @ change)
+
+    def gains(self) -> list[Array]:
+        """Of each channel (m,): sqrt(j P j^T) in the channel's unit, P the posterior covariance of the window's start."""
+        gains = [np.zeros(len(s.time)) for s in self.problem.samples]
+        for window in range(self.problem.n_windows if self.columns else 0):
+            slope, rest = self._rows(self.jacobian, window), self._rows(self.left, window)
+            covariance = np.linalg.inv((slope * self.share[window] * _weights(rest) * self._heard(window)) @ slope.T + np.eye(len(slope)))
+            for gain, block, edges, s in zip(gains, self.jacobian, self.where, self.problem.samples, strict=True):
+                here = slice(edges[window], edges[window + 1])
+                gain[here] = s.noise * np.sqrt(np.maximum(np.einsum("km,kl,lm->m", block[:, here], covariance, block[:, here]), 0))
+        return gains
+
+
+def _weights(left: Array) -> Array:
+    return np.minimum(1.0, HUBER / np.maximum(np.abs(left), HUBER))
+
+
+def _bounded_step(normal: Array, gradient: Array, lower: Array, upper: Array) -> Array:
+    """Minimum of s N s/2 - g s between bounds: those that are passed are held there, and the rest is solved again."""
+    change, free = np.zeros(len(gradient)), np.ones(len(gradient), dtype=bool)
+    while free.any():
+        held = ~free
+        change[free] = np.linalg.solve(normal[np.ix_(free, free)], gradient[free] - normal[np.ix_(free, held)] @ change[held])
+        beyond = free & ((change < lower) | (change > upper))
+        if not beyond.any():
+            break
+        change = np.clip(change, lower, upper)
+        free &= ~beyond
+    return change

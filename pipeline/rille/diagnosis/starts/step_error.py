@@ -1,0 +1,48 @@
+"""What finite steps do to predictions, so that it can be taken off: defect correction of a coarse simulation by one finer run.
+
+All settings are replayed with one step h, as coarse as noise allows. What that does to a sample is the same for all of them but for small
+differences, so it is found once, under the setting that starts were fitted under: with a finer run of step f the leading error is
+e = (coarse - fine) h/(h - f) (Richardson 1911), and every prediction is taken less e. What is left is of the size that an instant shifted
+by half of f changes.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.diagnosis.starts.start_fit import Samples, residuals
+
+Array = NDArray[np.float64]
+FINER = 2  # of the scenario's own step
+MOST = 30.0  # [sigma] a larger change is a jump in time, where no step says what is right: nothing is corrected there
+
+
+def finest(simulator: Any) -> float:
+    """Step [s] of the finer run."""
+    return float(simulator.own_step) / FINER
+
+
+def step_error(coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
+    """Of each channel (m,) [unit] the error of the predictions of a simulator; 0 where a run ended.
+
+    states (n_windows, n), stops (n_windows,) [s] : of the windows.
+    """
+    fine = coarse.changed(step=finest(coarse))
+    bare, picks = [s.channel for s in samples], [(s.window, s.time) for s in samples]
+    factor = coarse.step / (coarse.step - fine.step)
+    found = []
+    for s, rough, smooth in zip(samples, *(one.predict(states[None], stops, bare, picks) for one in (coarse, fine)), strict=True):
+        change = np.nan_to_num(residuals(replace(s, value=rough[0]), smooth[0]))
+        found.append(np.where(np.abs(change) < MOST * s.noise, factor * change, 0.0))
+    return tuple(found)
+
+
+def timing(predict: Callable[..., list[Array]], half: float, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
+    """Of each channel (m,) half of what changes from ``half`` [s] before to ``half`` after a sample [sigma]."""
+    bare = [s.channel for s in samples]
+    sides = [predict(states[None], stops, bare, [(s.window, s.time + shift) for s in samples]) for shift in (half, -half)]
+    changes = [residuals(replace(s, value=after[0]), before[0]) for s, after, before in zip(samples, *sides, strict=True)]
+    return tuple(np.nan_to_num(0.5 * change / s.noise) for s, change in zip(samples, changes, strict=True))
