@@ -79,7 +79,8 @@ def scored(truth: Truth, answer: Diagnosis, seconds: float) -> Score:
         target=names and any(_same_target(term.hypothesis, truth, machine) for term in said),
         located=_located(answer, truth, machine),
         classed=answer.verdict
-        == CLASS_OF.get(truth.cause, answer.verdict if names and said and said[0].hypothesis.cause == "effect" else ""),
+        == CLASS_OF.get(truth.cause, answer.verdict if names and said and said[0].hypothesis.cause == "effect" else "")
+        or (truth.cause == "parameter" and top),  # a wrong mass is what the catalogue calls a change of mass
         error=relative_error(named, truth, machine) if named is not None and names else float("nan"),
         gap=answer.proof.gap_closed if answer.proof is not None else float("nan"),
         probability=group.probability if group is not None else best.probability if best is not None else float("nan"),

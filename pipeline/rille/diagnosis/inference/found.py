@@ -18,6 +18,7 @@ from rille.model.hypothesis import Setting
 
 UNKNOWN = 0.3  # share of the excess left by one piece, beyond which the catalogue has no name for the rest
 EACH_MORE = 0.5  # factor on that for each further piece: several pieces fit anything better
+THE_SAME = 0.9995  # correlation of what a number and a law change, beyond which they are two words for one thing
 MOST_MEMBERS = 8  # kinds of one group, beyond which nothing could be told
 
 
@@ -120,12 +121,19 @@ def ranked(
     return tuple(found), described(confounded, scores, titles, probability), min(1.0, none + float(weight[-1]))
 
 
+def _is_a_number_by_another_name(standing: Standing, best: int, i: int) -> bool:
+    """Whether the best only changes numbers of the model, and i is a law that does the very same: no physics need be missing then."""
+    one, other = ({t.hypothesis.cause for t in standing.fitted[k - 1].setting if t not in standing.judge.on_top} for k in (best, i))
+    return one == {"parameter"} and "effect" in other and abs(float(standing.scores.likeness[best, i])) > THE_SAME
+
+
 def verdict_of(standing: Standing, accepted: Setting, leftover: float) -> Verdict:
     """Of an answer with accepted terms."""
     if leftover > UNKNOWN * EACH_MORE ** (len(accepted) - 1):
         return "unknown"
     confounded = standing.confounded
     members = [i for i in confounded.order if confounded.number[i] == 0 and confounded.needless[i] < 0]
+    members = [i for i in members if not _is_a_number_by_another_name(standing, members[0], i)]
     terms = [t.hypothesis for i in members for t in standing.fitted[i - 1].setting] or [t.hypothesis for t in accepted]
     if len({t.kind for t in terms}) > MOST_MEMBERS:
         return "cannot_know"
