@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from time import perf_counter
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from rille.diagnosis.answer.data_problems import data_problems
 from rille.diagnosis.answer.limits import limits
 from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
@@ -26,6 +26,7 @@ from rille.diagnosis.inference.found import Found
 from rille.diagnosis.inference.patches import patch_tries, window_places
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.inference.unknown import Unknown, find_unknown
+from rille.diagnosis.staged import Progress, Stage, Staged, Told, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
@@ -34,13 +35,7 @@ from rille.model.difference import Difference
 from rille.model.machine import Machine
 from rille.model.recording import Recording
 
-T = TypeVar("T")
-Stage = Callable[[str, Callable[[], Any]], Any]
-Progress = Callable[[str, float], None]
-Told = Callable[[float, float, str], None]
 Noise = dict[str, tuple[float, str]]
-DOUBTS = ("error", "warning")  # severities of what the data gate found that are repeated
-MOST_DOUBTS = 12
 MOST_ENDED = 0.5  # share of the windows that may end early
 UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
@@ -61,32 +56,6 @@ class Options:
 
 def _length(options: Options) -> float:
     return options.window or LENGTHS[-1]
-
-
-def at_once(name: str, compute: Callable[[], T]) -> T:
-    """A stage that keeps nothing."""
-    return compute()
-
-
-@dataclass(slots=True)
-class _Progress:
-    """Tells how far the whole is, and how long each stage took."""
-
-    tell: Progress
-    stage: Stage
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    def run(self, name: str, first: float, last: float, compute: Callable[[Told], T], keep: bool = True) -> T:
-        """A stage that takes the progress from ``first`` to ``last``."""
-
-        def told(done: float, total: float, what: str) -> None:
-            self.tell(f"{name}: {what}", first + (last - first) * min(1.0, done / max(total, 1e-9)))
-
-        self.tell(name, first)
-        begin = perf_counter()
-        result = self.stage(name, lambda: compute(told)) if keep else compute(told)
-        self.seconds[name] = perf_counter() - begin
-        return result
 
 
 def diagnose(
@@ -113,7 +82,7 @@ def diagnose(
     InputRefused : as of ``compare_windows`` and ``held_out_parts``.
     """
     chosen = options or Options()
-    run = _Progress(on_progress, stage)
+    run = Staged(on_progress, stage)
     parts = held_out_parts(recordings, held_out, _length(chosen))
     noise = shared_noise([*parts.training, *parts.held_out])
     window, step = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
@@ -136,7 +105,7 @@ def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Nois
 
 
 def _diagnosed(
-    simulators: Callable[[str], Any], parts: Parts, noise: Noise, kinds: Sequence[EffectKind], options: Options, run: _Progress
+    simulators: Callable[[str], Any], parts: Parts, noise: Noise, kinds: Sequence[EffectKind], options: Options, run: Staged
 ) -> Diagnosis:
     base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: _compared(simulators, parts, noise, options, told))
     difference = find_difference(base)
@@ -265,7 +234,7 @@ def _answer(
     proof: Proof | None,
     experiments: tuple[Experiment, ...],
     cannot: tuple[str, ...],
-    run: _Progress,
+    run: Staged,
     verdict: Verdict,
 ) -> Diagnosis:
     leftover = found.leftover if found is not None else 0.0
@@ -286,16 +255,10 @@ def _answer(
         groups=groups,
         proof=proof,
         experiments=experiments,
-        data_problems=_data_problems([*parts.training, *parts.held_out]),
+        data_problems=data_problems([*parts.training, *parts.held_out]),
         limits=cannot,
         leftover=leftover,
         unknown_like=unknown.sentence if unknown is not None else "",
         notes=notes,
         seconds=dict(run.seconds),
     )
-
-
-def _data_problems(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """What the data gate found, each sentence once."""
-    said = dict.fromkeys(f.message for recording in recordings for f in recording.findings if f.severity in DOUBTS)
-    return tuple(said)[:MOST_DOUBTS]

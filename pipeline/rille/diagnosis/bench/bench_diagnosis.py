@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rille.diagnosis.answer.data_problems import data_problems
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.bench.bench_answer import ablation, accepted_terms, applied, proof, ranking, soil_terms
 from rille.diagnosis.bench.bench_calibration import calibrate_shared, free_numbers, plain
@@ -27,9 +28,6 @@ Stage = Callable[[str, Callable[[], Any]], Any]
 UNKNOWN = 0.3  # share of the excess left, beyond which the catalogue has no name for the rest
 FOR_EACH = 3.0  # measured numbers per open number, below which a fit says nothing of what is missing
 PREDICTS = 2.0  # RMS [noise] of what was left out, up to which a soil explains the points
-DOUBTS = ("error", "warning")
-MOST_DOUBTS = 12
-
 ONE_SLIP = 0.05  # range of slip ratios below which they were one
 
 
@@ -72,7 +70,7 @@ def diagnose_bench(
         verdict="nothing_missing",
         sentence="",
         location=_location(difference),
-        data_problems=_data_problems([*rigs, *held_out]),
+        data_problems=data_problems([rig.recording for rig in (*rigs, *held_out)]),
         limits=limits,
         notes=tuple(f"the soil {name} is known from earlier points and was not fitted" for name in held),
     )
@@ -259,8 +257,3 @@ def _smooth(rigs: Sequence[BenchRig]) -> tuple[str, ...]:
 
 def _needing(kinds: Sequence[EffectKind]) -> tuple[str, ...]:
     return tuple(kind.name for kind in kinds if kind.needs == "grousers")
-
-
-def _data_problems(rigs: Sequence[BenchRig]) -> tuple[str, ...]:
-    said = dict.fromkeys(f.message for rig in rigs for f in rig.recording.findings if f.severity in DOUBTS)
-    return tuple(said)[:MOST_DOUBTS]

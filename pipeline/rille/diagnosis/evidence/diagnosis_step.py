@@ -8,7 +8,7 @@ import numpy as np
 
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.evidence_part import gather_part
-from rille.diagnosis.starts.start_fit import residuals
+from rille.diagnosis.starts.start_fit import between
 from rille.diagnosis.starts.step_error import finest
 from rille.model.recording import Recording
 
@@ -49,7 +49,7 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
             continue
         model = part.simulator.changed(step=multiple * simulator.step)
         answers = [a[0] for a in model.predict(part.states[None], part.last, bare, picks)]
-        change = part.ordered([residuals(replace(s, value=a), b) / s.noise for s, a, b in zip(part.samples, answers, own, strict=True)])
+        change = part.ordered([between(s, a, b) / s.noise for s, a, b in zip(part.samples, answers, own, strict=True)])
         there = np.isfinite(part.ordered(own))
         if not np.isfinite(change[there]).all():
             continue

@@ -80,17 +80,19 @@ def described(confounded: Confounded, scores: Scores, titles: Sequence[str], pro
             continue
         head, others = members[0], members[1:]
         likeness = max((abs(float(scores.likeness[head, i])) for i in others), default=0.0)
-        parts = [
-            f"{titles[i]} ({scores.likeness[head, i]:+.0%} alike, {_behind(scores, head, i)})"
-            if confounded.needless[i] < 0
-            else f"{titles[i]} (a wider law that explains no more)"
-            for i in others
-        ]
+        parts = [f"{titles[i]} ({_beside(confounded, scores, head, i)})" for i in others]
         sentence = f"these recordings cannot tell {titles[head]} from {', '.join(parts)}" if others else ""
         summed = float(sum(probability[i] for i in members))
         names = tuple(titles[i] for i in members)
         found.append(Group(number=number, members=names, probability=summed, correlation=likeness, sentence=sentence))
     return tuple(found)
+
+
+def _beside(confounded: Confounded, scores: Scores, head: int, i: int) -> str:
+    """How entry i of a group compares with its head."""
+    if confounded.needless[i] >= 0:
+        return "a wider law that explains no more"
+    return f"{scores.likeness[head, i]:+.0%} alike, {_behind(scores, head, i)}"
 
 
 def why_it_loses(

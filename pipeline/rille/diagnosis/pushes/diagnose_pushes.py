@@ -2,8 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from time import perf_counter
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +11,13 @@ from rille.diagnosis.answer.statement import percent, pushes_in_words, sentence
 from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.comparison.difference import find_difference
 from rille.diagnosis.pushes.pushes import PushCalibration, calibrate_pushes, find_pushes
+from rille.diagnosis.staged import Progress, Stage, Staged, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import Diagnosis, Transient
 from rille.model.recording import Recording
 
-T = TypeVar("T")
 WINDOW = 0.5  # [s]
 NONE = "no push stands out from what the model gets wrong in the calm recordings, too"
 
@@ -30,8 +29,8 @@ def diagnose_pushes(
     *,
     kinds: Sequence[EffectKind],
     window: float = WINDOW,
-    stage: Callable[[str, Callable[[], Any]], Any] = lambda name, compute: compute(),
-    on_progress: Callable[[str, float], None] = lambda what, fraction: None,
+    stage: Stage = at_once,
+    on_progress: Progress = lambda what, fraction: None,
 ) -> Diagnosis:
     """Pushes at the joints: when, where, which way, how strong; their number need not be known.
 
@@ -45,29 +44,18 @@ def diagnose_pushes(
     ------
     InputRefused : as of ``calibrate_pushes`` and ``compare_windows``.
     """
-    seconds: dict[str, float] = {}
-
-    def run(name: str, first: float, last: float, compute: Callable[[Callable[[int, int, str], None]], T]) -> T:
-        def told(done: int, total: int, what: str) -> None:
-            on_progress(f"{name}: {what}", first + (last - first) * min(1.0, done / max(total, 1)))
-
-        on_progress(name, first)
-        begin = perf_counter()
-        result = stage(name, lambda: compute(told))
-        seconds[name] = perf_counter() - begin
-        return result
-
+    staged = Staged(on_progress, stage)
     delays = found_delays([*calm, *recordings])
     late, late_calm = late_commands(recordings, delays), late_commands(calm, delays)
     simulator = simulators(recordings[0].scenario or "")
     noise = shared_noise(recordings)
-    base: list[Comparison] = run(
+    base: list[Comparison] = staged.run(
         "comparisons", 0.0, 0.1, lambda told: [compare_windows(simulator, r, window=window, noise=noise, on_progress=told) for r in late]
     )
-    learned: PushCalibration = run(
+    learned: PushCalibration = staged.run(
         "calm recordings", 0.1, 0.8, lambda told: calibrate_pushes(simulator, late_calm, kinds, on_progress=told)
     )
-    pushes: tuple[Transient, ...] = run("pushes", 0.8, 1.0, lambda told: find_pushes(simulator, late, learned, on_progress=told))
+    pushes: tuple[Transient, ...] = staged.run("pushes", 0.8, 1.0, lambda told: find_pushes(simulator, late, learned, on_progress=told))
     location = locate(find_difference(base), base)
     return Diagnosis(
         model=str(simulator.path),
@@ -80,7 +68,7 @@ def diagnose_pushes(
         setting=(),
         transients=pushes,
         notes=_notes(learned, delays, calm),
-        seconds=seconds,
+        seconds=staged.seconds,
     )
 
 
@@ -121,14 +109,14 @@ def late_commands(recordings: Sequence[Recording], delays: dict[str, float]) -> 
 def _notes(learned: PushCalibration, delays: dict[str, float], calm: Sequence[Recording]) -> tuple[str, ...]:
     """What the calm recordings taught, in words."""
     notes = [f"commands of '{target}' that state no delay are taken as {1e3 * delay:.1f} ms late" for target, delay in delays.items()]
-    for term, errors, share in learned.leading:
+    for law in learned.leading:
         numbers = ", ".join(
             f"{n.name} {v:.3g} +- {e:.2g}{'' if n.unit == '1' else f' {n.unit}'}"
-            for n, v, e in zip(term.hypothesis.free, term.values, errors, strict=True)
+            for n, v, e in zip(law.term.hypothesis.free, law.term.values, law.errors, strict=True)
             if e > 0
         )
         notes.append(
-            f"in the {len(calm)} calm recordings {term.hypothesis.title} ({numbers}) takes away {percent(share)} of what the model's "
-            "efforts are off, squared; no proof that this law is the cause: diagnose the calm recordings for that"
+            f"in the {len(calm)} calm recordings {law.term.hypothesis.title} ({numbers}) takes away {percent(law.share)} of what the "
+            "model's efforts are off, squared; no proof that this law is the cause: diagnose the calm recordings for that"
         )
     return tuple(notes)

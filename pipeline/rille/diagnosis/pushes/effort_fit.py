@@ -43,13 +43,22 @@ def acts_at_once(hypothesis: Hypothesis) -> bool:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EffortFit:
-    """setting : effects and numbers under which the residual efforts are smallest, those that do something. leading : the few that matter
-    most, each at its value beside the others of them, with its standard errors and the share of the residual effort that it takes away.
+class Leading:
+    """One of the few that matter most. term : at its value beside the others of them. errors : standard errors of its numbers. share : of
+    the squared residual effort that it takes away.
     """
 
+    term: Term
+    errors: tuple[float, ...]
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffortFit:
+    """setting : effects and numbers under which the residual efforts are smallest, those that do something. leading : best first."""
+
     setting: Setting
-    leading: tuple[tuple[Term, tuple[float, ...], float], ...]
+    leading: tuple[Leading, ...]
 
 
 def fit_efforts(
@@ -105,8 +114,9 @@ def _least(design: Array, target: Array, numbers: Sequence[FreeNumber]) -> Array
     return np.clip(found, lower, upper)
 
 
-def _leading(columns: Sequence[tuple[Hypothesis, int]], design: Array, target: Array) -> tuple[tuple[Term, tuple[float, ...], float], ...]:
+def _leading(columns: Sequence[tuple[Hypothesis, int]], design: Array, target: Array) -> tuple[Leading, ...]:
     """Forward selection (Efroymson 1960): the hypothesis that takes away most, as long as that is ``LEADING`` of the residual effort."""
+    numbers = [h.free[k] for h, k in columns]
     places: dict[str, list[int]] = {}
     for place, (h, _) in enumerate(columns):
         places.setdefault(f"{h.cause} {h.title}", []).append(place)
@@ -118,7 +128,7 @@ def _leading(columns: Sequence[tuple[Hypothesis, int]], design: Array, target: A
         for name in places:
             if name not in taken:
                 chosen = [p for one in (*taken, name) for p in places[one]]
-                x = _least(design[:, chosen], target, [columns[p][0].free[columns[p][1]] for p in chosen])
+                x = _least(design[:, chosen], target, [numbers[p] for p in chosen])
                 tried[name] = float(np.sum((target + design[:, chosen] @ x) ** 2))
         best = min(tried, key=lambda name: tried[name], default="")
         if not best or left - tried[best] < LEADING * whole:
@@ -127,15 +137,15 @@ def _leading(columns: Sequence[tuple[Hypothesis, int]], design: Array, target: A
         shares.append((left - tried[best]) / whole)
         left = tried[best]
     chosen = [p for name in taken for p in places[name]]
-    x = _least(design[:, chosen], target, [columns[p][0].free[columns[p][1]] for p in chosen]) if chosen else np.empty(0)
+    x = _least(design[:, chosen], target, [numbers[p] for p in chosen]) if chosen else np.empty(0)
     spread = np.sqrt(np.diagonal(np.linalg.pinv(design[:, chosen].T @ design[:, chosen])) * left / max(len(target) - len(chosen), 1))
     by_place = dict(zip(chosen, zip(x, spread, strict=True), strict=True))
     found = []
     for name, share in zip(taken, shares, strict=True):
         h = columns[places[name][0]][0]
-        of = {h.free[columns[p][1]].name: (h.free[columns[p][1]], *by_place[p]) for p in places[name]}
-        term = h.at({word: n.absent + float(value) * n.spread for word, (n, value, _) in of.items()})
-        found.append((term, tuple(float(of[n.name][2]) * n.spread if n.name in of else 0.0 for n in h.free), share))
+        values = {numbers[p].name: numbers[p].absent + float(by_place[p][0]) * numbers[p].spread for p in places[name]}
+        errors = {numbers[p].name: float(by_place[p][1]) * numbers[p].spread for p in places[name]}
+        found.append(Leading(term=h.at(values), errors=tuple(errors.get(n.name, 0.0) for n in h.free), share=share))
     return tuple(found)
 
 

@@ -6,13 +6,13 @@ from typing import Any
 
 from rille.diagnosis.evidence.applied import applied
 from rille.diagnosis.hypotheses.candidates import candidates
-from rille.diagnosis.pushes.effort_fit import fit_efforts
+from rille.diagnosis.pushes.effort_fit import Leading, fit_efforts
 from rille.diagnosis.pushes.effort_uncertainty import EffortUncertainty, calibrate
 from rille.diagnosis.pushes.residual_effort import ResidualEffort, residual_effort
 from rille.diagnosis.pushes.transients import Alarm, alarms, find_pulses
 from rille.model import EffectKind, InputRefused
 from rille.model.diagnosis import Transient
-from rille.model.hypothesis import Setting, Term
+from rille.model.hypothesis import Setting
 from rille.model.recording import Recording
 
 Told = Callable[[int, int, str], None]
@@ -22,13 +22,12 @@ Told = Callable[[int, int, str], None]
 class PushCalibration:
     """What recordings without pushes teach.
 
-    setting : what the model lacks there. leading : the few laws and numbers of it that matter most, with standard errors of their numbers
-    and the share of the residual effort that each takes away. uncertainty : what the model still is wrong by. alarm : scores that come up
-    though nothing pushes.
+    setting : what the model lacks there. leading : the few laws and numbers of it that matter most. uncertainty : what the model still is
+    wrong by. alarm : scores that come up though nothing pushes.
     """
 
     setting: Setting
-    leading: tuple[tuple[Term, tuple[float, ...], float], ...]
+    leading: tuple[Leading, ...]
     uncertainty: EffortUncertainty
     alarm: Alarm
 

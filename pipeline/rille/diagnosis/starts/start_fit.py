@@ -76,6 +76,11 @@ def residuals(samples: Samples, predicted: Array) -> Array:
     return samples.value - predicted
 
 
+def between(samples: Samples, after: Array, before: Array) -> Array:
+    """after - before (..., m) of two predictions of the samples, as ``residuals`` takes differences."""
+    return residuals(replace(samples, value=after), before)
+
+
 class _Problem:
     """Standardised residuals of all windows for start states moved by standard deviations."""
 

@@ -7,13 +7,12 @@ by half of f changes.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.diagnosis.starts.start_fit import Samples, residuals
+from rille.diagnosis.starts.start_fit import Samples, between
 
 Array = NDArray[np.float64]
 FINER = 2  # of the scenario's own step
@@ -35,7 +34,7 @@ def step_error(coarse: Any, states: Array, stops: Array, samples: Sequence[Sampl
     factor = coarse.step / (coarse.step - fine.step)
     found = []
     for s, rough, smooth in zip(samples, *(one.predict(states[None], stops, bare, picks) for one in (coarse, fine)), strict=True):
-        change = np.nan_to_num(residuals(replace(s, value=rough[0]), smooth[0]))
+        change = np.nan_to_num(between(s, rough[0], smooth[0]))
         found.append(np.where(np.abs(change) < MOST * s.noise, factor * change, 0.0))
     return tuple(found)
 
@@ -44,5 +43,5 @@ def timing(predict: Callable[..., list[Array]], half: float, states: Array, stop
     """Of each channel (m,) half of what changes from ``half`` [s] before to ``half`` after a sample [sigma]."""
     bare = [s.channel for s in samples]
     sides = [predict(states[None], stops, bare, [(s.window, s.time + shift) for s in samples]) for shift in (half, -half)]
-    changes = [residuals(replace(s, value=after[0]), before[0]) for s, after, before in zip(samples, *sides, strict=True)]
+    changes = [between(s, after[0], before[0]) for s, after, before in zip(samples, *sides, strict=True)]
     return tuple(np.nan_to_num(0.5 * change / s.noise) for s, change in zip(samples, changes, strict=True))
