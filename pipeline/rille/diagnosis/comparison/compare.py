@@ -11,7 +11,7 @@ from rille.diagnosis.starts.noise_floor import difference_noise, noise_of, quant
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts, residuals
 from rille.diagnosis.starts.start_states import Starts, start_states
-from rille.diagnosis.starts.step_error import step_error
+from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
@@ -74,6 +74,9 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     fit = fit_starts(simulator, starts, parts.stops, heard, on_progress, error=error if short else None)
     off = error(fit.states, samples) if short else [np.zeros(len(s.time)) for s in samples]
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
+    if short:
+        moved = timing(simulator.predict, 0.5 * finest(simulator), fit.states, parts.stops, samples)
+        channels = tuple(replace(c, instants=s.noise * _root_mean_square(m)) for c, s, m in zip(channels, samples, moved, strict=True))
     return Comparison(
         recording=recording.name,
         model=str(simulator.path),
@@ -147,9 +150,6 @@ def _compared(
         reached = np.isfinite(simulated)
         unreached |= set(s.window[~reached].tolist())
         sigma, source = _floor(channel, s, simulated, *noise[channel.name])
-        if channel.resolution and sigma < 0.5 * channel.resolution:  # otherwise the noise has smeared the steps
-            level = s.value[0] if len(s.value) else 0.0  # one of the values that the sensor can say
-            simulated = level + np.round((simulated - level) / channel.resolution) * channel.resolution
         gain = gains.get(channel.name, np.zeros(len(s.time)))
         found.append(
             ComparedChannel(
@@ -179,6 +179,10 @@ def _floor(channel: Channel, samples: Samples, simulated: Array, sigma: float, s
     if 0 < innovations < sigma and innovations > quantisation(channel):
         return innovations, "innovations"
     return sigma, source
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _windows(simulator: Any, fit: StartFit, parts: Cut, unreached: Sequence[int]) -> tuple[CompareWindow, ...]:

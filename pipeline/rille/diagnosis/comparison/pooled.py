@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.diagnosis.starts.noise_floor import quantisation
 from rille.model.comparison import ComparedChannel, Comparison
 from rille.model.recording import Channel
 
@@ -23,6 +24,7 @@ class Pooled:
 
     residual [unit] = measured - simulated, NaN where either is missing. sigma [unit] : noise, NaN where not known. z, start [-] : residual
     and start-state uncertainty over noise.
+    instants [-] : of ``ComparedChannel.instants`` the root mean square over noise.
     window : index over all comparisons. run : index of the comparison. block : 0, 1, ...: whole windows, or parts of them if they are few.
     noise : root mean square over samples [unit]. left_out : why the channel takes no part anywhere ('' = it does somewhere).
     """
@@ -41,11 +43,19 @@ class Pooled:
     noise: float
     noise_from: tuple[str, ...]
     left_out: str = ""
+    instants: float = 0.0
 
     @property
     def allowance(self) -> float:
-        """Factor by which the noise may be understated: the largest ``ALLOWANCE`` of its origins."""
-        return max(ALLOWANCE[word] for word in self.noise_from)
+        """Factor by which residuals may exceed the noise: the largest ``ALLOWANCE`` of its origins, and what instants leave open; or what
+        a value at rest may be rounded by all the time.
+        """
+        return max(float(np.hypot(max(ALLOWANCE[word] for word in self.noise_from), self.instants)), float(np.sqrt(3)) * self.rounding)
+
+    @property
+    def rounding(self) -> float:
+        """Standard deviation of rounding to the channel's resolution [noise]."""
+        return quantisation(self.channel) / self.noise if self.noise > 0 else 0.0
 
     @property
     def finite(self) -> NDArray[np.bool_]:
@@ -112,7 +122,12 @@ def _pooled(pieces: Sequence[tuple[int, int, ComparedChannel]]) -> Pooled:
         noise=float(np.sqrt(np.mean(known**2))) if len(known) else float("nan"),
         noise_from=tuple(dict.fromkeys(channel.noise_from for channel in channels)),
         left_out="" if part else pieces[0][2].left_out,
+        instants=_root_mean_square([c.instants / c.noise for c in channels if c.noise > 0]),
     )
+
+
+def _root_mean_square(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values)))) if values else 0.0
 
 
 def blocks(window: Whole, time: Array, finite: NDArray[np.bool_]) -> Whole:

@@ -10,6 +10,7 @@ from rille.model.difference import ChannelDifference, Verdict
 
 RATE = 0.05  # false discovery rate
 LEAST_SIZE = 0.1  # [noise] a bias or structure below it is called no difference, however sure: interpolation leaves as much
+INSTANTS = 2.0  # times what instants leave open, as a standard deviation
 SLOW = 1.5  # times the stated slow noise: a short recording holds few of its swings
 MAJORITY = 0.7  # of what is beyond the noise: a single cause that explains more gives the verdict its name
 STRONG = 0.3  # lag-1 correlation that is called coloured even where one window holds it all, so that no test is sure
@@ -38,11 +39,10 @@ def _of_unknown_noise(row: ChannelDifference, pooled: Pooled) -> bool:
 
 
 def _least(row: ChannelDifference, pooled: Pooled) -> float:
-    """Size [noise] below which nothing is called: ``LEAST_SIZE``, what rounding to the resolution leaves, white only by chance, or what is
-    stated of the sensor's own slow noise.
+    """Size [noise] below which nothing is called: ``LEAST_SIZE``, what rounding to the resolution leaves, white only by chance, what is
+    stated of the sensor's own slow noise, or what instants leave open.
     """
-    rounding = (pooled.channel.resolution or 0.0) / np.sqrt(12)
-    return max(LEAST_SIZE, rounding / row.noise, SLOW * (pooled.channel.slow_noise or 0.0) / row.noise)
+    return max(LEAST_SIZE, pooled.rounding, SLOW * (pooled.channel.slow_noise or 0.0) / row.noise, INSTANTS * pooled.instants)
 
 
 def _verdict(row: ChannelDifference, pooled: Pooled) -> Verdict:

@@ -13,7 +13,7 @@ from rille.diagnosis.comparison.compare import RUN_UP, samples_of, why_unfit, wi
 from rille.diagnosis.evidence.applied import applied, sensor_terms
 from rille.diagnosis.evidence.evidence import ENDED
 from rille.diagnosis.hypotheses.sensor_faults import concerns, moves_time, repaired, said, true_instants
-from rille.diagnosis.starts.noise_floor import difference_noise, quantisation
+from rille.diagnosis.starts.noise_floor import difference_noise, quantisation, steady_rounding
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import FARTHEST, Samples, fit_starts, residuals
 from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
@@ -98,7 +98,8 @@ class Part:
         """
         rows = [self.ordered([-slopes for slopes in self.slopes])]
         for number, (channel, s) in enumerate(zip(self.channels, self.samples, strict=True)):
-            offset = np.full(len(s.time), max(SLOW, (channel.slow_noise or 0.0) / s.noise))
+            slow = max(channel.slow_noise or 0.0, steady_rounding(channel, s.noise))
+            offset = np.full(len(s.time), max(SLOW, slow / s.noise))
             own = [offset, self.timing[number]]
             if channel.slow_noise:
                 own.append(offset * (2 * (s.time - self.first[s.window]) / np.maximum(self.last - self.first, 1e-9)[s.window] - 1))

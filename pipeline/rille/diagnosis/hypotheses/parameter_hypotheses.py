@@ -4,7 +4,7 @@ Masses and centres of mass are laws of the catalogue (they carry the inertia alo
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rille.diagnosis.hypotheses.natural import Natural, factor_of, matters, moving_bodies
 from rille.model.effect import EffectKind, EffectParameter
@@ -61,6 +61,7 @@ TOGETHER = (
     ("body", "inertia", ("ixx", "iyy", "izz"), 0.15),
 )
 GRAVITY = 0.01  # [-] spread of its size
+FACTORS = (0.1, 10.0)  # that one number may be off by: another unit, another planet
 
 
 def parameter_hypotheses(machine: Machine, kinds: Sequence[EffectKind], scales: Natural) -> tuple[Hypothesis, ...]:
@@ -118,7 +119,7 @@ def _shared(machine: Machine) -> Iterable[Hypothesis]:
 def _gravity(machine: Machine) -> Iterable[Hypothesis]:
     names = [f"gravity.{k}" for k in "xyz" if machine.parameters.get(f"gravity.{k}", (0.0,))[0] != 0]
     if names:
-        yield _factor(machine, "gravity", "", "world", names, GRAVITY)
+        yield _factor(machine, "gravity", "", "world", names, GRAVITY, far=True)
 
 
 def _of_effects(machine: Machine, kinds: Sequence[EffectKind], scales: Natural) -> Iterable[Hypothesis]:
@@ -198,9 +199,8 @@ def _hypothesis(
     return Hypothesis(cause="parameter", kind=kind, target=target, target_kind=target_kind, free=(number,), moves=moves)
 
 
-def _factor(machine: Machine, kind: str, target: str, family: str, names: Sequence[str], spread: float) -> Hypothesis:
-    """Numbers that one factor multiplies: value x factor = value + value (factor - 1)."""
-    values = [machine.parameters[name][0] for name in names]
-    return _hypothesis(
-        kind, target, family, "1", 1.0, spread, 0.1, 10.0, tuple(("factor", name, value) for name, value in zip(names, values, strict=True))
-    )
+def _factor(machine: Machine, kind: str, target: str, family: str, names: Sequence[str], spread: float, *, far: bool = False) -> Hypothesis:
+    """Numbers that one factor multiplies: value x factor = value + value (factor - 1). far : as far as ``FACTORS``, whatever the spread."""
+    moves = tuple(("factor", name, machine.parameters[name][0]) for name in names)
+    found = _hypothesis(kind, target, family, "1", 1.0, spread, *FACTORS, moves)
+    return replace(found, free=(replace(found.free[0], lower=FACTORS[0], upper=FACTORS[1]),)) if far else found

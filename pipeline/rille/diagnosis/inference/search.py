@@ -17,6 +17,7 @@ from rille.diagnosis.inference.confound import groups
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
 from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of
 from rille.diagnosis.inference.judge import Judge, Progress
+from rille.diagnosis.inference.moments import shared_moment
 from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import rank
 from rille.diagnosis.inference.screen import Screened, screen
@@ -144,7 +145,23 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
         chosen = [s for s in loud if s.drop > WORTH * loud[0].drop and s.hypothesis not in done][:SURVIVORS]
         done += [s.hypothesis for s in chosen]
         singles += fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in chosen], on_progress=on_progress)
-    return screened, singles
+    return screened, _at_the_moment(judge, singles, hypotheses, on_progress)
+
+
+def _at_the_moment(judge: Judge, singles: list[Fitted], hypotheses: Sequence[Hypothesis], on_progress: Progress | None) -> list[Fitted]:
+    """The fits; those about a moment begun anew at the moment that the best of them found, where that is better."""
+    moment = shared_moment(singles, hypotheses, base=judge.chi2, worth=WORTH)
+    if not moment:
+        return singles
+    screened = screen(judge.evidence, [h for h in hypotheses if h.title in moment], tries=moment, judge=judge, on_progress=on_progress)
+    loud = [s for s in screened.signatures if s.drop > WORTH * (judge.chi2 - min(one.chi2 for one in singles))]
+    anew = fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in loud], on_progress=on_progress)
+    best: dict[str, Fitted] = {}
+    for one in (*singles, *anew):
+        title = one.setting[-1].hypothesis.title
+        if title not in best or one.chi2 < best[title].chi2:
+            best[title] = one
+    return list(best.values())
 
 
 def _may_show(hypothesis: Hypothesis, channels: Sequence[Channel], loud: Whole) -> bool:

@@ -9,6 +9,7 @@ from rille.model.recording import Channel, Recording
 
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
+SMEARED = 0.5  # of the resolution: noise from which on rounding errors of neighbouring samples are independent
 # The share of differences that is looked at, and its absolute bound for a normal distribution of unit width. The median would be more
 # robust, but half of the differences of a value that its driver repeats are zero.
 SHARE, BOUND = 0.8, 1.2815515655446004
@@ -17,6 +18,14 @@ SHARE, BOUND = 0.8, 1.2815515655446004
 def quantisation(channel: Channel) -> float:
     """Standard deviation [unit] of rounding to the channel's resolution: resolution / sqrt(12)."""
     return (channel.resolution or 0.0) / np.sqrt(12)
+
+
+def steady_rounding(channel: Channel, noise: float) -> float:
+    """Standard deviation [unit] of what rounding gives to all samples of a value at rest alike; 0 where the noise smears it over steps.
+
+    noise [unit] : of a sample, rounding included.
+    """
+    return quantisation(channel) if noise < SMEARED * (channel.resolution or 0.0) else 0.0
 
 
 def noise_of(channel: Channel) -> tuple[float, str]:

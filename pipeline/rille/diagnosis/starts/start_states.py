@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.diagnosis.starts.kinematic_smoother import LocalMotion, Series, smooth
+from rille.diagnosis.starts.noise_floor import steady_rounding
+from rille.diagnosis.starts.recorded_turns import recorded_turns
 from rille.diagnosis.starts.state_coordinates import N_ROOT, Coordinate, coordinates_of
 from rille.model.quaternion import angle_axes, angles, conjugate, exponential, from_angles, logarithm, product
 from rille.model.recording import ANGLES, Channel
@@ -84,10 +86,12 @@ def start_states(
         if motion is None:
             continue
         seen[:, k] = motion.seen & motion.placed
+        rounding = _rounding(coordinate, channels, simulator.root, simulator.joints)
         for window in np.flatnonzero(motion.seen):
             covariance = motion.covariance[window, :2, :2].copy()
             if not motion.placed:
                 covariance[0, 0] = value**2
+            covariance[0, 0] += rounding**2
             factor[window, k] = np.linalg.cholesky(covariance + np.diag([1e-24, 1e-24]))
 
     placer = _Placer(simulator, coordinates, motions, turns, rotation)
@@ -260,22 +264,25 @@ def agrees(motion: LocalMotion, window: int, value: float, rate: float) -> bool:
 
 
 class _Turns:
-    """Orientation of the root as recorded: four components of a quaternion, some of roll, pitch and yaw, or none."""
+    """Orientation of the root as recorded: whole (a quaternion; roll, pitch and yaw of one instant), some angles, or none."""
 
     def __init__(self, root: str, channels: Sequence[tuple[Channel, float]]) -> None:
         of_root = [(c, noise) for c, noise in channels if root and c.target == root]
         shown = {c.component: (c, noise) for c, noise in of_root if c.quantity == "part.orientation"}
-        self._rates = {c.component: (c, n) for c, n in of_root if c.quantity == "part.angular_velocity" and c.frame == "world"}
-        self._quaternion = (
-            [shown[k] for k in "wxyz"] if all(k in shown for k in "wxyz") and _one_clock([shown[k][0] for k in "wxyz"]) else []
-        )
-        self._angles = {} if self._quaternion else {k: shown[k] for k in ANGLES if k in shown}
+        rates = {
+            frame: {c.component: (c, n) for c, n in of_root if c.quantity == "part.angular_velocity" and c.frame == frame}
+            for frame in ("world", "body")
+        }
+        self._recorded = recorded_turns(shown, [(rates["world"], False), (rates["body"], True)])
+        self._rates = rates["world"]
+        self._angles = {} if self._recorded else {k: shown[k] for k in ANGLES if k in shown}
         self._reference = np.empty((0, 4))
 
     def smooth(self, times: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion | None]:
         """Motion about three axes: those of W from a reference near each instant, or roll, pitch and yaw. widths : as in ``smooth``."""
-        if self._quaternion:
-            return self._smooth_quaternion(times, widest, widths)
+        if self._recorded:
+            self._reference = self._recorded.reference(times)
+            return [*self._recorded.smooth(times, widest, widths)]
         found: list[LocalMotion | None] = []
         for angle, axis in zip(ANGLES, "xyz", strict=True):
             series = [self._unwrapped(*self._angles[angle])] if angle in self._angles else []
@@ -291,47 +298,17 @@ class _Turns:
         seen = np.isfinite(channel.value)
         return Series(order=0, time=channel.time[seen] - channel.delay, value=np.unwrap(channel.value[seen]), noise=noise)
 
-    def _smooth_quaternion(self, times: Array, widest: float, widths: Sequence[Array] | None) -> list[LocalMotion | None]:
-        channels = [c for c, _ in self._quaternion]
-        time = channels[0].time - channels[0].delay
-        turn = np.stack([c.value for c in channels], axis=1)
-        whole = np.isfinite(turn).all(axis=1)
-        time, turn = time[whole], turn[whole]
-        turn = turn / np.linalg.norm(turn, axis=1, keepdims=True)
-        noise = 2 * float(np.mean([n for _, n in self._quaternion]))  # a turn by a changes a component by at most a/2
-        self._reference = turn[np.clip(np.searchsorted(time, times), 0, len(time) - 1)]
-        parts: list[list[LocalMotion]] = [[], [], []]
-        for k, instant in enumerate(times):
-            first, last = np.searchsorted(time, (instant - widest, instant + widest))
-            away = logarithm(product(turn[first:last], conjugate(self._reference[k])))
-            for axis in range(3):
-                series = [Series(order=0, time=time[first:last], value=away[:, axis], noise=noise)]
-                if "xyz"[axis] in self._rates:
-                    series.append(as_series(*self._rates["xyz"[axis]], 1))
-                fixed = None if widths is None else widths[axis][k : k + 1]
-                parts[axis].append(smooth(times[k : k + 1], series, widest=widest, widths=fixed))
-        return [
-            LocalMotion(
-                value=np.concatenate([m.value for m in motions]),
-                covariance=np.concatenate([m.covariance for m in motions]),
-                width=np.concatenate([m.width for m in motions]),
-                seen=np.concatenate([m.seen for m in motions]),
-                placed=True,
-            )
-            for motions in parts
-        ]
-
     def put(
         self, state: Array, rotation: Sequence[LocalMotion | None], window: int, by_contact: NDArray[np.bool_]
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Turns the root of ``state`` (changed in place) as recorded; returns the axes (3, 3) of the three turns and which were kept."""
         kept = np.zeros(3, dtype=bool)
         shown = np.array([m is not None and bool(m.seen[window]) for m in rotation])
-        if not shown.any() or (self._quaternion and not shown.all()):
+        if not shown.any() or (self._recorded and not shown.all()):
             return np.eye(3), kept
         value = np.array([m.value[window] if m is not None else np.zeros(3) for m in rotation])
         placed = shown & np.array([m is not None and m.placed for m in rotation])
-        if self._quaternion:
+        if self._recorded:
             away = logarithm(product(exponential(value[:, 0]), product(self._reference[window], conjugate(state[4:8]))))
             kept = self._kept(rotation, window, value[:, 0] - away, state[11:14], by_contact)
             state[4:8] = product(exponential(np.where(kept, 0.0, away)), state[4:8])
@@ -385,10 +362,16 @@ def series_of(coordinate: Coordinate, channels: Sequence[tuple[Channel, float]],
     return found
 
 
+def _rounding(coordinate: Coordinate, channels: Sequence[tuple[Channel, float]], root: str, joints: Sequence[str]) -> float:
+    """Error of a coordinate [m or rad] at rest by which all samples that show it may be rounded alike: the least of its channels."""
+    found = [
+        steady_rounding(channel, noise) * series.noise / noise
+        for channel, noise in channels
+        for series in series_of(coordinate, [(channel, noise)], root, joints)
+        if series.order == 0
+    ]
+    return min(found, default=0.0)
+
+
 def _in_body(channel: Channel, root: str) -> bool:
     return channel.frame == "body" and channel.quantity in ("part.linear_velocity", "part.angular_velocity") and bool(root)
-
-
-def _one_clock(channels: Sequence[Channel]) -> bool:
-    first = channels[0]
-    return all(len(c.time) == len(first.time) and np.array_equal(c.time, first.time) and c.delay == first.delay for c in channels)

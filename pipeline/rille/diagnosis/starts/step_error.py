@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from rille.diagnosis.starts.start_fit import Samples, between
 
 Array = NDArray[np.float64]
-FINER = 2  # of the scenario's own step
+FINER = 2  # of the scenario's own step, or of the present one where that is smaller
 MOST = 30.0  # [sigma] a larger change is a jump in time, where no step says what is right: nothing is corrected there
 
 
 def finest(simulator: Any) -> float:
     """Step [s] of the finer run."""
-    return float(simulator.own_step) / FINER
+    return float(min(simulator.own_step, simulator.step)) / FINER
 
 
 def step_error(coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:

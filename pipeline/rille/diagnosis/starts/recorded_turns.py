@@ -1,0 +1,137 @@
+"""An orientation that was recorded whole (a quaternion, or roll, pitch and yaw at once) and its rates, smoothed where no axis is special.
+
+Near an instant the orientation is exp(phi) times a reference, phi the rotation vector in the axes of W. Samples of phi, and of its rate
+
+    d phi/dt = J(phi)^-1 omega,   J^-1 = I - [phi]/2 + (1/a^2 - (1 + cos a)/(2 a sin a)) [phi]^2,   a = |phi|
+
+(Bullo & Murray 1995, eq. 6), are smoothed as any coordinate. Roll and yaw of a body that points up are no smooth numbers, phi is.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.diagnosis.starts.kinematic_smoother import LocalMotion, Series, smooth
+from rille.model.quaternion import conjugate, exponential, from_angles, logarithm, product
+from rille.model.recording import ANGLES, Channel
+
+Array = NDArray[np.float64]
+Shown = Mapping[str, tuple[Channel, float]]
+"""Channels with their noise by component."""
+FARTHEST = 2.0  # [rad] from the reference: a rotation vector near half a turn is not smooth
+GAP = 3.0  # usual intervals between orientations, beyond which none is made up for a rate in between
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedTurns:
+    """time (n,) [s] : delays taken off. turn (n, 4). noise [rad]. rates : for each instrument instants (m,) [s], orientation there (m, 4),
+    angular velocity in W (m, 3) [rad/s], its noise.
+    """
+
+    time: Array
+    turn: Array
+    noise: float
+    rates: tuple[tuple[Array, Array, Array, float], ...]
+
+    def reference(self, times: Array) -> Array:
+        """(k, 4) orientation that was recorded next to each instant (k,) [s]."""
+        return self.turn[np.clip(np.searchsorted(self.time, times), 0, len(self.time) - 1)]
+
+    def smooth(self, times: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion]:
+        """Rotation vector about ``reference``, and its rate, at ``times`` (k,) [s] by axes of W. widest, widths : as in ``smooth``."""
+        parts: list[list[LocalMotion]] = [[], [], []]
+        for k, (instant, reference) in enumerate(zip(times, self.reference(times), strict=True)):
+            at, away = _near(self.time, self.turn, reference, instant, widest)[:2]
+            turning = []
+            for time, turn, rate, noise in self.rates:
+                when, where, chosen = _near(time, turn, reference, instant, widest)
+                turning.append((when, _rates_of_vector(where, rate[chosen]), noise))
+            for axis in range(3):
+                series = [Series(order=0, time=at, value=away[:, axis], noise=self.noise)]
+                series += [Series(order=1, time=when, value=rate[:, axis], noise=noise) for when, rate, noise in turning]
+                fixed = None if widths is None else widths[axis][k : k + 1]
+                parts[axis].append(smooth(times[k : k + 1], series, widest=widest, widths=fixed))
+        return [_joined(motions) for motions in parts]
+
+
+def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> RecordedTurns | None:
+    """What is recorded of an orientation; None where it is not recorded whole, on one clock.
+
+    rates : angular velocities by components x, y, z, and whether they are along the axes of the body; those that lack one are left out.
+    """
+    for names in (tuple("wxyz"), ANGLES):
+        if not _whole(orientation, names):
+            continue
+        time, values, noise = _together(orientation, names)
+        if names == ANGLES:
+            turn = from_angles(values)
+        else:  # a turn by a changes a component of a quaternion by at most a/2
+            turn, noise = values / np.linalg.norm(values, axis=1, keepdims=True), 2.0 * noise
+        turning = tuple(_turning(shown, in_body, time, turn, noise) for shown, in_body in rates if _whole(shown, tuple("xyz")))
+        return RecordedTurns(time=time, turn=turn, noise=noise, rates=turning) if len(time) else None
+    return None
+
+
+def _whole(shown: Shown, names: Sequence[str]) -> bool:
+    if not all(name in shown for name in names):
+        return False
+    first, *others = [shown[name][0] for name in names]
+    return all(len(c.time) == len(first.time) and np.array_equal(c.time, first.time) and c.delay == first.delay for c in others)
+
+
+def _together(shown: Shown, names: Sequence[str]) -> tuple[Array, Array, float]:
+    """Instants (n,) [s], values (n, k) and noise of components of one clock, where all are known."""
+    channels = [shown[name][0] for name in names]
+    values = np.stack([c.value for c in channels], axis=1)
+    known = np.isfinite(values).all(axis=1)
+    return (channels[0].time - channels[0].delay)[known], values[known], float(np.mean([shown[name][1] for name in names]))
+
+
+def _turning(shown: Shown, in_body: bool, time: Array, turn: Array, noise: float) -> tuple[Array, Array, Array, float]:
+    """An entry of ``rates``, at the instants between two orientations that are near."""
+    at, rate, own = _together(shown, tuple("xyz"))
+    after = np.clip(np.searchsorted(time, at), 1, max(len(time) - 1, 1))
+    if len(time) < 2:
+        return at[:0], turn[:0], rate[:0], own
+    step = time[after] - time[after - 1]
+    share = (at - time[after - 1]) / step
+    between = (share >= 0) & (share <= 1) & (step <= GAP * np.median(np.diff(time)))
+    after, share, at, rate = after[between], share[between], at[between], rate[between]
+    before = turn[after - 1]
+    here = product(exponential(share[:, None] * logarithm(product(turn[after], conjugate(before)))), before)
+    if in_body:
+        rate = product(product(here, np.c_[np.zeros(len(rate)), rate]), conjugate(here))[:, 1:]
+        own = float(np.hypot(own, noise * np.sqrt(np.mean(rate**2)))) if len(rate) else own
+    return at, here, rate, own
+
+
+def _near(time: Array, turn: Array, reference: Array, instant: float, widest: float) -> tuple[Array, Array, slice]:
+    """Instants (m,) within ``widest`` of an instant, rotation vectors (m, 3) from the reference there, and their places."""
+    first, last = np.searchsorted(time, (instant - widest, instant + widest))
+    away = logarithm(product(turn[first:last], conjugate(reference)))
+    far = np.linalg.norm(away, axis=1) > FARTHEST
+    here = time[first:last]
+    early, late = here[far & (here < instant)], here[far & (here >= instant)]
+    begin = first + int(np.searchsorted(here, early[-1], side="right")) if len(early) else first
+    end = first + int(np.searchsorted(here, late[0])) if len(late) else last
+    return time[begin:end], away[begin - first : end - first], slice(int(begin), int(end))
+
+
+def _rates_of_vector(vector: Array, rate: Array) -> Array:
+    """d phi/dt (m, 3) of rotation vectors phi (m, 3) of orientations that turn at ``rate`` (m, 3) [rad/s] in W."""
+    angle = np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), 1e-4)
+    factor = 1 / angle**2 - (1 + np.cos(angle)) / (2 * angle * np.sin(angle))
+    once = np.cross(vector, rate)
+    return rate - 0.5 * once + factor * np.cross(vector, once)
+
+
+def _joined(motions: Sequence[LocalMotion]) -> LocalMotion:
+    return LocalMotion(
+        value=np.concatenate([m.value for m in motions]),
+        covariance=np.concatenate([m.covariance for m in motions]),
+        width=np.concatenate([m.width for m in motions]),
+        seen=np.concatenate([m.seen for m in motions]),
+        placed=True,
+    )
