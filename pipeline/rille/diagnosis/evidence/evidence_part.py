@@ -32,19 +32,19 @@ LAG = 0.1  # [s] before a window's first sample that a simulation begins: delays
 UNSURE = 3.0  # times the smoother's standard deviation: under violent motion it says too little
 SLOW = 0.25  # [noise] offset of a channel over a window that no sensor is known to be free of; averages are not trusted beyond it
 NEAR = 3.0  # [standard deviations of the start] up to which what a repaired recording does to it is taken as linear
+REPLAYS = 2  # from where it is then, at most
 FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed start, the model is wrong and not the starts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Plan:
     """What the sensor faults of a setting ask for. change : (n_windows, n_coordinates, 2) z of the start that the repaired recording shows;
-    None: the start stays. replayed : whether the trajectories of the fitted starts are not enough. reread : whether they are, but other
-    instants of them.
+    None: the start stays. at : z of the fitted start from there. reread : whether other instants of the trajectories are needed.
     """
 
     faults: Setting
     change: Array | None
-    replayed: bool
+    at: Array
     reread: bool
 
 
@@ -159,10 +159,8 @@ class Part:
         for k, (model, plan) in enumerate(zip(own, plans, strict=True)):
             if model is None:
                 continue
-            if models[model] is self.simulator and plan.reread and not self.simulator.has_memory:
-                result[k] = self._reread(plan)
-            elif plan.replayed or plan.reread:
-                result[k] = self._replayed(models[model], plan)
+            if plan.reread:
+                result[k] = self._displaced(models[model], plan, self._residual(self._reread(models[model], plan), plan))
             else:
                 plain.setdefault(model, []).append(k)
         for remembers in (False, True):
@@ -170,9 +168,7 @@ class Part:
             answers = self._predicted([models[m] for m in chosen], remembers) if chosen else []
             for place, m in enumerate(chosen):
                 for k in plain[m]:
-                    change = plans[k].change
-                    standard = self.standard if change is None else self.standard - change
-                    result[k] = self._residual([a[place] for a in answers], plans[k].faults, standard)
+                    result[k] = self._displaced(models[m], plans[k], self._residual([a[place] for a in answers], plans[k]))
         return result
 
     def relinearised(self, setting: Setting, on_progress: Progress = None) -> "Part":
@@ -216,9 +212,8 @@ class Part:
     def _plan(self, faults: Setting) -> _Plan:
         touched = [c for c in self.channels if c.name in self.shows and any(concerns(t, c) for t in (*faults, *sensor_terms(self.assumed)))]
         change = self._start_change(faults, [c.name for c in touched]) if touched else None
-        replayed = change is not None and bool(np.abs(change).max() > NEAR)
-        reread = not replayed and any(moves_time(faults, c) for c in self.channels)
-        return _Plan(faults=faults, change=change, replayed=replayed, reread=reread)
+        at = self.standard if change is None else self.standard - change
+        return _Plan(faults=faults, change=change, at=at, reread=any(moves_time(faults, c) for c in self.channels))
 
     def _start_change(self, faults: Setting, touched: Sequence[str]) -> Array:
         """z (n_windows, n_coordinates, 2) from the start that was smoothed to that of the recording without these faults."""
@@ -233,12 +228,14 @@ class Part:
         step[:, turns, 0] = (step[:, turns, 0] + np.pi) % (2 * np.pi) - np.pi
         return np.asarray(np.linalg.solve(self.starts.factor, step[..., None])[..., 0], dtype=float)
 
-    def _residual(self, answers: Sequence[Array], faults: Setting, standard: Array) -> Array:
-        """(m,) from what is simulated, of each channel (m,), from starts at ``standard`` z: as the faults say it, carried back to z = 0."""
+    def _residual(self, answers: Sequence[Array], plan: _Plan, at: Array | None = None) -> Array:
+        """(m,) from what is simulated, of each channel (m,), from starts at z ``at`` (None: as planned): as the faults say it, carried back
+        to z = 0.
+        """
         blocks = []
-        moves = self._own_moves if standard is self.standard else self._moves(standard)
+        moves = self._own_moves if at is None and plan.change is None else self._moves(plan.at if at is None else at)
         for s, answer, error, back in zip(self.samples, answers, self.error, moves, strict=True):
-            left = residuals(s, said(faults, s.channel, answer - error, s.time)) / s.noise
+            left = residuals(s, said(plan.faults, s.channel, answer - error, s.time)) / s.noise
             blocks.append(np.where(np.isfinite(left), left + back, ENDED))
         return self.ordered(blocks)
 
@@ -256,27 +253,42 @@ class Part:
         """Trajectories of the base model from the fitted starts."""
         return self.simulator.trajectories(self.states, self.last, [s.channel for s in self.samples])
 
-    def _reread(self, plan: _Plan) -> Array:
-        """(m,) of faults of instants alone: the base model's trajectories, read when it was true."""
+    def _reread(self, model: Any, plan: _Plan) -> list[Array]:
+        """Of each channel (m,) what a model says from the fitted starts at the instants that were true."""
         picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
-        standard = self.standard if plan.change is None else self.standard - plan.change
-        return self._residual(self._course.read(picks), plan.faults, standard)
+        if model is self.simulator and not model.has_memory:
+            return self._course.read(picks)
+        return [answer[0] for answer in model.predict(self.states[None], self.last, [s.channel for s in self.samples], picks)]
 
-    def _replayed(self, model: Any, plan: _Plan) -> Array:
-        """(m,) of a setting whose faults move the start far, or the instants that are read.
+    def _displaced(self, model: Any, plan: _Plan, left: Array) -> Array:
+        """What is ``left`` (m,), or what replays leave where the repaired recording puts the starts too far away for it.
 
-        The starts that were fitted to the recording with its faults are of little use then: they are fitted again, by one linear step.
+        The best start is found by the derivatives that are known. Up to ``NEAR`` from where it is without the faults they tell what it
+        changes; farther away it is replayed, and found again from there.
         """
-        left = self._from(model, plan, self.standard)
-        return left if plan.change is None else self._from(model, plan, self._fitted(left))
+        if plan.change is None:
+            return left
+        at = self._own_best - plan.change
+        for _ in range(REPLAYS):
+            best = self._fitted(left)
+            if np.abs(best - at).max(initial=0.0) <= NEAR:
+                break
+            at = best
+            left = self._from(model, plan, at)
+        return left
 
-    def _from(self, model: Any, plan: _Plan, standard: Array) -> Array:
-        """(m,) replayed from starts at ``standard`` z from where the repaired recording shows them."""
-        moves = standard - self.standard + (plan.change if plan.change is not None else 0.0)
-        states = moved(self.states, self.starts.coordinates, self.starts.change(moves))
+    @cached_property
+    def _own_best(self) -> Array:
+        """z (n_windows, n_coordinates, 2) of the best starts under the setting that they were fitted under, by its derivatives."""
+        plan = self._plan(sensor_terms(self.assumed))
+        return self._fitted(self._residual(self._reread(applied(self.simulator, self.assumed), plan), plan))
+
+    def _from(self, model: Any, plan: _Plan, at: Array) -> Array:
+        """(m,) replayed from starts at z ``at`` from where the repaired recording shows them."""
+        states = moved(self.states, self.starts.coordinates, self.starts.change(at - plan.at))
         picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
         answers = model.predict(states[None], self.last, [s.channel for s in self.samples], picks)
-        return self._residual([answer[0] for answer in answers], plan.faults, standard)
+        return self._residual([answer[0] for answer in answers], plan, at)
 
     @cached_property
     def _start_solvers(self) -> list[tuple[int, int, Array, Array]]:

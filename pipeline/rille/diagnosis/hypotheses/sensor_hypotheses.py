@@ -12,6 +12,7 @@ from rille.model.recording import Channel, full_name
 
 STAMPS, GAPS = "stamps", "gaps"  # words of the catalogue's column `channel`: faults of the time stamps; faults that leave no wrong value
 TURNS = ("w", "x", "y", "z")
+FARTHEST = 10.0  # times the largest value that was measured: an offset beyond it is none
 LEAST_SHIFT, MOST_SHIFT, SHIFTS = 0.25, 0.3, 10  # [sampling intervals], [s], number of shifts in time that are tried
 
 
@@ -94,6 +95,9 @@ def _free(kind: EffectKind, parameter: EffectParameter, channels: Sequence[Chann
     )
     if parameter.unit == "1/SI":
         number = replace(number, upper=min(number.upper, 100 / largest))
+    elif parameter.unit.startswith("SI"):  # a sensor that says nothing of what it measures is broken, not off
+        far = FARTHEST * (largest + 10 * noise) / (duration if parameter.unit == "SI/s" else 1.0)
+        number = replace(number, lower=max(number.lower, -far), upper=min(number.upper, far))
     if STAMPS in kind.channel and parameter.amplitude:  # a delay, or a rate that makes one by the end
         over = 1.0 if parameter.unit == "s" else duration
         number = replace(number, tries=shifts(number.lower, number.upper, interval, over))

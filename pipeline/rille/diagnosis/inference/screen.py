@@ -33,6 +33,7 @@ PART, FEW_WINDOWS = 8, (6, 24)  # one of so many windows is looked at first, but
 BEST_SHAPES = 2
 BETWEEN = 9  # values between the neighbours of the best one that was tried
 SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
+SCANS, CLOSE = 4, 1.002  # scans, each closer about the best; ratio of neighbours below which they are close enough
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,9 +151,7 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> 
         offers = _as_found(judge, blocks, [values for _, values in offers])
     kept = offers[0][0] if offers else 0.0
     if (kept < KEPT * promised or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
-        scanned = _scan(max(trials, key=lambda trial: trial.size), [values for _, values in offers[:1]])
-        blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
-        offers = sorted(offers + _as_found(judge, blocks, scanned), key=lambda offer: -offer[0])[:BEST_SHAPES]
+        offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     for number in hypothesis.free if offers else ():
         tried: Sequence[float] = number.tries
         while tried:
@@ -178,17 +177,40 @@ def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tup
     return sorted(((float(drop), values) for drop, values in zip(drops, points, strict=True)), key=lambda offer: -offer[0])
 
 
-def _scan(trial: _Trial, proposed: Sequence[Values]) -> list[Values]:
-    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or the proposed one."""
+def _scanned(
+    judge: Judge, hypothesis: Hypothesis, trial: _Trial, offers: list[tuple[float, Values]], promised: float
+) -> Inquiry[list[tuple[float, Values]]]:
+    """Offers, and better ones from a scan of the amplitude: between the best and its neighbours ever closer, as long as that promises more.
+
+    What acts beyond a threshold does nothing up to it and drowns everything a little farther on.
+    """
+    number = trial.number
+    side = 1.0 if trial.step > 0 else -1.0
+    shape = {**trial.shape, **{k: v for _, values in offers[:1] for k, v in values.items() if k != number.name}}
+    low, high = _scan_range(trial, [abs(values[number.name] - number.absent) for _, values in offers[:1]])
+    known: dict[float, float] = {}
+    for _ in range(SCANS):
+        sizes = [float(size) for size in np.geomspace(low, max(high, low), SCANNED) if size not in known]
+        points = [shape | {number.name: float(np.clip(number.absent + side * size, number.lower, number.upper))} for size in sizes]
+        blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in points]
+        drops = judge.chi2 - np.sum(blocks**2, axis=1)
+        offers = sorted([*offers, *zip(map(float, drops), points, strict=True)], key=lambda offer: -offer[0])[:BEST_SHAPES]
+        known |= dict(zip(sizes, map(float, drops), strict=True))
+        ordered = sorted(known)
+        best = max(range(len(ordered)), key=lambda k: (known[ordered[k]], k))
+        low, high = ordered[max(best - 1, 0)], ordered[min(best + 1, len(ordered) - 1)]
+        if known[ordered[best]] > KEPT * max(promised, judge.excess) or high < CLOSE * low:
+            break
+    return offers
+
+
+def _scan_range(trial: _Trial, aims: Sequence[float]) -> tuple[float, float]:
+    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or ``aims``."""
     number, size = trial.number, abs(trial.step)
-    aims = [abs(values[number.name] - number.absent) for values in proposed]
     low, high = trial.weak if 0 < trial.weak < size else SCANNED_FROM * size, trial.strong or max(2.0 * size, *aims, 0.0)
     if trial.jumps:
         low, high = 0.1 * abs(_first_step(number)), 10.0 * abs(_first_step(number))
-    high = min(high, number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
-    steps = np.sign(trial.step) * np.geomspace(low, max(high, low), SCANNED)
-    shape = {**trial.shape, **{k: v for values in proposed for k, v in values.items() if k != number.name}}
-    return [shape | {number.name: float(np.clip(number.absent + step, number.lower, number.upper))} for step in steps]
+    return low, min(high, number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
 
 
 def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquiry[Signature]:

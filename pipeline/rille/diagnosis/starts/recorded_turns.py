@@ -57,7 +57,7 @@ class RecordedTurns:
 
 
 def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> RecordedTurns | None:
-    """What is recorded of an orientation; None where it is not recorded whole, on one clock.
+    """What is recorded of an orientation; None where it is not recorded whole, by one instrument.
 
     rates : angular velocities by components x, y, z, and whether they are along the axes of the body; those that lack one are left out.
     """
@@ -75,18 +75,28 @@ def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> R
 
 
 def _whole(shown: Shown, names: Sequence[str]) -> bool:
-    if not all(name in shown for name in names):
-        return False
-    first, *others = [shown[name][0] for name in names]
-    return all(len(c.time) == len(first.time) and np.array_equal(c.time, first.time) and c.delay == first.delay for c in others)
+    """Whether all components are there, of one instrument: as many samples of each, though one may be believed to be late."""
+    return all(name in shown for name in names) and len({len(shown[name][0].time) for name in names}) == 1
 
 
 def _together(shown: Shown, names: Sequence[str]) -> tuple[Array, Array, float]:
-    """Instants (n,) [s], values (n, k) and noise of components of one clock, where all are known."""
-    channels = [shown[name][0] for name in names]
-    values = np.stack([c.value for c in channels], axis=1)
-    known = np.isfinite(values).all(axis=1)
-    return (channels[0].time - channels[0].delay)[known], values[known], float(np.mean([shown[name][1] for name in names]))
+    """Instants (n,) [s] of the first component, values (n, k) of all (interpolated to these), and noise, where all are known."""
+    instants = [shown[name][0].time - shown[name][0].delay for name in names]
+    values = [_at(instants[0], own, shown[name][0].value, name in ANGLES) for own, name in zip(instants, names, strict=True)]
+    table = np.stack(values, axis=1)
+    known = np.isfinite(table).all(axis=1)
+    return instants[0][known], table[known], float(np.mean([shown[name][1] for name in names]))
+
+
+def _at(instants: Array, time: Array, value: Array, turns: bool) -> Array:
+    """Values at ``instants`` (m,) [s] of samples (n,) at ``time`` (n,) [s]; NaN outside. turns : they are angles."""
+    if np.array_equal(time, instants):
+        return value
+    known = np.isfinite(value)
+    if not known.any():
+        return np.full(len(instants), np.nan)
+    shown = np.unwrap(value[known]) if turns else value[known]
+    return np.interp(instants, time[known], shown, left=np.nan, right=np.nan)
 
 
 def _turning(shown: Shown, in_body: bool, time: Array, turn: Array, noise: float) -> tuple[Array, Array, Array, float]:
