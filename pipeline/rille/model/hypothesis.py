@@ -17,6 +17,7 @@ class FreeNumber:
     search : how it is looked for if it is no amplitude; ``local`` from ``start``, ``scale`` over decades (or octaves) about it, ``phase``
     around the circle, ``order`` over whole numbers, ``place`` over where the machine was, ``time`` over when it was.
     tries : values of an amplitude that are tried beside: what shifts in time fits again and again where a signal repeats.
+    believed : distance of an amplitude from ``absent`` beyond which it is believed last of all: half of gravity is another planet.
     """
 
     name: str
@@ -29,6 +30,7 @@ class FreeNumber:
     absent: float = 0.0
     search: Search = "local"
     tries: tuple[float, ...] = ()
+    believed: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,6 +80,12 @@ class Term:
     def numbers(self) -> dict[str, float]:
         """All numbers by name, the fixed ones too."""
         return dict(self.hypothesis.fixed) | {n.name: v for n, v in zip(self.hypothesis.free, self.values, strict=True)}
+
+    @property
+    def is_far_fetched(self) -> bool:
+        """Whether an amplitude is farther from absence than is believed."""
+        free = zip(self.hypothesis.free, self.values, strict=True)
+        return any(number.amplitude and abs(value - number.absent) > number.believed for number, value in free)
 
 
 Setting = tuple[Term, ...]

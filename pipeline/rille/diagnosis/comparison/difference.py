@@ -38,7 +38,7 @@ def find_difference(comparisons: Sequence[Comparison]) -> Difference:
     pooled = pool(comparisons)
     rows = [channel_statistics(channel, comparisons) for channel in pooled]
     q = adjusted(np.array([row.p for row in rows]))
-    rows = [judged(row, channel, float(q[k])) for k, (row, channel) in enumerate(zip(rows, pooled, strict=True))]
+    rows = [judged(row, channel, float(q[k]), RATE / len(rows)) for k, (row, channel) in enumerate(zip(rows, pooled, strict=True))]
     used = [channel for channel in pooled if not channel.left_out]
     squares = sum(float(np.nansum(channel.z**2)) for channel in used)
     degrees = sum(float(np.sum(channel.degrees[np.isfinite(channel.z)])) for channel in used)

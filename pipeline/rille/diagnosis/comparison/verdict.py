@@ -18,7 +18,8 @@ FAR = 5.0  # [noise] samples beyond it are spikes, if they are few and alone
 FEW = 0.01  # of the samples
 
 
-def judged(row: ChannelDifference, pooled: Pooled, q: float) -> ChannelDifference:
+def judged(row: ChannelDifference, pooled: Pooled, q: float, rate: float) -> ChannelDifference:
+    """The row with its verdict. q : of its p among all channels. rate : p below which its size alone is called a difference."""
     if row.left_out:
         return replace(row, verdict="left out")
     if np.isnan(row.p):
@@ -29,7 +30,7 @@ def judged(row: ChannelDifference, pooled: Pooled, q: float) -> ChannelDifferenc
         "structure": 0.0 if _of_unknown_noise(row, pooled) else np.nan_to_num(row.structure),
         "delay": float(np.sqrt(np.nan_to_num(row.lag_fit.explained_by_delay) * square)) if row.p_delay < RATE else 0.0,
     }
-    differs = bool(q < RATE and (max(sizes.values()) > _least(row, pooled) or min(row.p_size, np.nan_to_num(row.p_window, nan=1.0)) < RATE))
+    differs = bool(q < RATE and (max(sizes.values()) > _least(row, pooled) or min(row.p_size, np.nan_to_num(row.p_window, nan=1.0)) < rate))
     return replace(row, q=q, differs=differs, verdict=_verdict(row, pooled) if differs else "white")
 
 

@@ -217,16 +217,24 @@ class Part:
 
     def _start_change(self, faults: Setting, touched: Sequence[str]) -> Array:
         """z (n_windows, n_coordinates, 2) from the start that was smoothed to that of the recording without these faults."""
-        sigma = {s.channel.name: s.noise for s in self.samples}
-        shown = [c for c in self.channels if c.name in self.shows]
-        before, after = (
-            smoothed_values(self.simulator, self.starts, [(repaired(f, c), sigma[c.name]) for c in shown], self.widest, touched)
-            for f in (sensor_terms(self.assumed), faults)
-        )
+        before = self._smoothed_before.get(tuple(touched))
+        if before is None:
+            before = self._smoothed_before[tuple(touched)] = self._smoothed(sensor_terms(self.assumed), touched)
+        after = self._smoothed(faults, touched)
         step = np.where(self.starts.kept[:, :, None], 0.0, after - before)
         turns = [k for k, c in enumerate(self.starts.coordinates) if c.kind == "turn"]
         step[:, turns, 0] = (step[:, turns, 0] + np.pi) % (2 * np.pi) - np.pi
         return np.asarray(np.linalg.solve(self.starts.factor, step[..., None])[..., 0], dtype=float)
+
+    @cached_property
+    def _smoothed_before(self) -> dict[tuple[str, ...], Array]:
+        """By names of channels that a fault is about, what is smoothed of the recording as it was assumed to be."""
+        return {}
+
+    def _smoothed(self, faults: Setting, touched: Sequence[str]) -> Array:
+        sigma = {s.channel.name: s.noise for s in self.samples}
+        shown = [(repaired(faults, c), sigma[c.name]) for c in self.channels if c.name in self.shows]
+        return smoothed_values(self.simulator, self.starts, shown, self.widest, touched)
 
     def _residual(self, answers: Sequence[Array], plan: _Plan, at: Array | None = None) -> Array:
         """(m,) from what is simulated, of each channel (m,), from starts at z ``at`` (None: as planned): as the faults say it, carried back

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from rille.diagnosis.hypotheses.natural import Natural, Scales, factor_of, matters, moving_bodies, natural, size_of
-from rille.diagnosis.hypotheses.parameter_hypotheses import parameter_hypotheses
+from rille.diagnosis.hypotheses.parameter_hypotheses import MOST_SPREADS, parameter_hypotheses
 from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses, shifts
 from rille.model.diagnosis import Location
 from rille.model.effect import EffectKind, EffectParameter
@@ -123,6 +123,8 @@ def _free(
     )
     if parameter.amplitude:
         number = _within_machine(number, kind, here, machine, target)
+        if number.unit == "rad":  # an angle is as large on every machine
+            number = replace(number, believed=MOST_SPREADS * number.spread)
         return replace(number, tries=shifts(number.lower, number.upper, scales.interval)) if number.unit == "s" else number
     if number.search == "place":
         return _on_track(number, scales)

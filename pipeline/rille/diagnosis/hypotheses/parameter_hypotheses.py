@@ -200,7 +200,10 @@ def _hypothesis(
 
 
 def _factor(machine: Machine, kind: str, target: str, family: str, names: Sequence[str], spread: float, *, far: bool = False) -> Hypothesis:
-    """Numbers that one factor multiplies: value x factor = value + value (factor - 1). far : as far as ``FACTORS``, whatever the spread."""
+    """Numbers that one factor multiplies: value x factor = value + value (factor - 1). far : as far as ``FACTORS``, though what is beyond
+    the usual bounds is believed last.
+    """
     moves = tuple(("factor", name, machine.parameters[name][0]) for name in names)
     found = _hypothesis(kind, target, family, "1", 1.0, spread, *FACTORS, moves)
-    return replace(found, free=(replace(found.free[0], lower=FACTORS[0], upper=FACTORS[1]),)) if far else found
+    wide = replace(found.free[0], lower=FACTORS[0], upper=FACTORS[1], believed=MOST_SPREADS * spread)
+    return replace(found, free=(wide,)) if far else found

@@ -39,7 +39,8 @@ def groups(scores: Scores, fitted: Sequence[Fitted], edges: Whole) -> Confounded
 
     Two are of one group if the better is not ahead by the errors that count (twice as many if what they change correlates by more than
     ``ALIKE``). A law with numbers that vanish, or that a simpler one of the same target matches, stands behind the simpler one. A parameter
-    of the model stands before an effect that it ties with, if it has no more numbers.
+    of the model stands before an effect that it ties with, if it has no more numbers. What is far-fetched stands behind all of its group,
+    and is of a group only if it is as good within ``TIED``.
     """
     order = sorted(range(1, len(fitted) + 1), key=lambda i: -scores.gain[i])
     vanishing = {i: _vanishing(fitted[i - 1], estimates(fitted[i - 1], edges), float(scores.moved[i])) for i in order}
@@ -50,12 +51,12 @@ def groups(scores: Scores, fitted: Sequence[Fitted], edges: Whole) -> Confounded
     sound = [i for i in order if needless[i] < 0]
     number = [-1] * (len(fitted) + 1)
     if sound:
-        best = sound[0]
-        first = next((j for j in sound[1:] if _tied(scores, best, j) and _is_simpler(j, best, scores, fitted)), best)
+        best = next((j for j in sound if not _far_fetched(fitted[j - 1]) and _one_group(scores, sound[0], j)), sound[0])
+        first = next((j for j in sound if j != best and _tied(scores, best, j) and _is_simpler(j, best, scores, fitted)), best)
         sound = [first] + [i for i in sound if i != first]
         heads = [best]
         for i in sound:
-            number[i] = next((k for k, head in enumerate(heads) if i == head or _one_group(scores, head, i)), len(heads))
+            number[i] = next((k for k, head in enumerate(heads) if i == head or _belongs(i, head, scores, fitted)), len(heads))
             if number[i] == len(heads):
                 heads.append(i)
         for i in order:
@@ -142,9 +143,20 @@ def _one_group(scores: Scores, best: int, i: int) -> bool:
     return bool(behind <= alike * max(scores.needed * scores.ahead_error[best, i], TIED))
 
 
+def _belongs(i: int, head: int, scores: Scores, fitted: Sequence[Fitted]) -> bool:
+    """Whether i is of the group of a head."""
+    return scores.ahead[head, i] <= TIED if _far_fetched(fitted[i - 1]) else _one_group(scores, head, i)
+
+
+def _far_fetched(one: Fitted) -> bool:
+    return any(term.is_far_fetched for term in one.setting)
+
+
 def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> bool:
     """Whether i is to stand before j, that it ties with: parameters where j has effects, with no more numbers; or j's law with fewer."""
     one, other = fitted[i - 1], fitted[j - 1]
+    if _far_fetched(one) and not _far_fetched(other):
+        return False
     parameters = all(t.hypothesis.cause == "parameter" for t in one.setting) and any(
         t.hypothesis.cause != "parameter" for t in other.setting
     )

@@ -18,6 +18,7 @@ from rille.model.hypothesis import Setting
 
 UNKNOWN = 0.3  # share of the excess left by one piece, beyond which the catalogue has no name for the rest
 EACH_MORE = 0.5  # factor on that for each further piece: several pieces fit anything better
+FETCHED = 0.3  # factor on that for what is far-fetched
 THE_SAME = 0.9995  # correlation of what a number and a law change, beyond which they are two words for one thing
 MOST_MEMBERS = 8  # kinds of one group, beyond which nothing could be told
 
@@ -129,7 +130,8 @@ def _is_a_number_by_another_name(standing: Standing, best: int, i: int) -> bool:
 
 def verdict_of(standing: Standing, accepted: Setting, leftover: float) -> Verdict:
     """Of an answer with accepted terms."""
-    if leftover > UNKNOWN * EACH_MORE ** (len(accepted) - 1):
+    most = UNKNOWN * (FETCHED if any(term.is_far_fetched for term in accepted) else 1.0)
+    if leftover > most * EACH_MORE ** (len(accepted) - 1):
         return "unknown"
     confounded = standing.confounded
     members = [i for i in confounded.order if confounded.number[i] == 0 and confounded.needless[i] < 0]

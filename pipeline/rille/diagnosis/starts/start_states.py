@@ -121,7 +121,7 @@ def smoothed_values(
     some = [(c, noise) for c, noise in channels if c.name in touched]
     turned = any(c.target == simulator.root and c.quantity in ("part.orientation", "part.angular_velocity") for c, _ in some)
     wanted = [turned if c.kind == "turn" else bool(series_of(c, some, simulator.root, simulator.joints)) for c in starts.coordinates]
-    turns = _Turns(simulator.root, channels)
+    turns = _Turns(simulator.root, channels if turned else ())
     motions = _motions(simulator, turns, starts.coordinates, channels, times, widest, wanted=wanted, widths=starts.widths)
     for k, motion in enumerate(motions):
         if motion is not None:
@@ -144,9 +144,9 @@ def _motions(
     """Motion of every coordinate as the channels show it; None where they do not, or it is not ``wanted``. widths : as in ``smooth``."""
     found: list[LocalMotion | None] = []
     for k, coordinate in enumerate(coordinates):
-        series = [] if coordinate.kind == "turn" else series_of(coordinate, channels, simulator.root, simulator.joints)
-        skipped = not series or (wanted is not None and not wanted[k])
-        found.append(None if skipped else smooth(times, series, widest=widest, widths=None if widths is None else widths[k]))
+        skipped = coordinate.kind == "turn" or (wanted is not None and not wanted[k])
+        series = [] if skipped else series_of(coordinate, channels, simulator.root, simulator.joints)
+        found.append(None if not series else smooth(times, series, widest=widest, widths=None if widths is None else widths[k]))
         if on_progress:
             on_progress(k + 1, len(coordinates), "smoothing")
     places = [k for k, c in enumerate(coordinates) if c.kind == "turn" and (wanted is None or wanted[k])]
