@@ -17,6 +17,7 @@ from rille.model.machine import Machine
 from rille.model.recording import Channel
 
 LARGEST_SHARE = 0.3  # of what the machine's own scale is: a larger trial stalls it and says nothing about a small amount
+FEW_BODIES = 3
 FAR = 100.0  # numbers that are looked for over decades stay within this factor of their usual value
 
 
@@ -77,10 +78,17 @@ def _targets(machine: Machine, kind: EffectKind, location: Location | None) -> l
 
 
 def _bodies(machine: Machine, kind: EffectKind, short: bool) -> list[str]:
-    """Bodies that move and matter; of laws that belong to a moment or a place only the root, unless the difference is short."""
-    if machine.root and any(p.search == "place" or (p.search == "time" and not short) for p in kind.parameters):
+    """Bodies that move and matter; of laws that belong to a moment or a place only the root of larger machines, unless the difference is
+    short.
+    """
+    bodies = matters(machine, moving_bodies(machine))
+    if (
+        machine.root
+        and any(p.search == "place" or (p.search == "time" and not short) for p in kind.parameters)
+        and len(bodies) > FEW_BODIES
+    ):
         return [machine.root]
-    return matters(machine, moving_bodies(machine))
+    return bodies
 
 
 def _hypothesis(machine: Machine, kind: EffectKind, target: str, scales: Natural, location: Location | None) -> Hypothesis:

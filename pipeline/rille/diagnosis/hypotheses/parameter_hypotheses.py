@@ -53,7 +53,7 @@ DOUBTS: Mapping[str, Mapping[str, Doubt]] = {
         "speed_gain": Doubt(unit="N m s/rad", relative=0.2),
         "integral_gain": Doubt(unit="N m/rad", relative=0.2),
     },
-    "machine": {"track_width": Doubt(unit="m", relative=0.1)},
+    "machine": {"track_width": Doubt(unit="m", relative=0.25)},  # wheels that scrub turn as if they were 1.4 to 2 times as far apart
 }
 # Numbers that are wrong together: (word, by what it is called, last words, target kind); one factor multiplies them all.
 TOGETHER = (

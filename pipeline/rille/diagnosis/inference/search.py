@@ -24,7 +24,7 @@ from rille.diagnosis.inference.screen import Screened, screen
 from rille.diagnosis.inference.settle import State, own_fit, same, settle
 from rille.model.diagnosis import Verdict
 from rille.model.effect import EffectKind
-from rille.model.hypothesis import Hypothesis, Setting
+from rille.model.hypothesis import Hypothesis, Setting, Term
 from rille.model.recording import Channel
 
 LEAST_WINDOWS = 4
@@ -37,6 +37,7 @@ PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what the best fit keeps, for that
+GROSS, WHOLE_FAULTS = 10.0, 6  # chi-squared per degree where nothing fits, and the channels that are tried turned round then
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
 
 
@@ -111,19 +112,34 @@ def _second_chances(
 ) -> list[Fitted]:
     """Hypotheses whose signatures promise far more than they, or the best so far, keep: fitted under starts of their own, best first.
 
-    A wheel that should stand deeper bounces in every window that begins at the depth of the base model.
+    A wheel that should stand deeper bounces in every window that begins at the depth of the base model. Faults that are there or not, as of
+    a sensor that is turned round, put all starts elsewhere: where nothing fits at all they have their chance, too.
     """
     judge = state.judge
     kept = judge.chi2 - taken.chi2 if taken is not None else 0.0
     promising = sorted((s for s in screened.signatures if s.linear is not None), key=lambda s: -(s.linear or (0.0, {}))[0])
-    found = []
+    terms = []
     for s in promising[:CHANCES]:
         share, values = s.linear or (0.0, {})
         if share * judge.chi2 > BROKEN * max(kept, s.drop, LEAST_SHARE * judge.degrees):
-            if on_progress is not None:
-                on_progress("trying other starts", len(found) / CHANCES)
-            found.append(own_fit(evidence, (*judge.on_top, s.hypothesis.at(values)), state)[0])
+            terms.append(s.hypothesis.at(values))
+    if judge.chi2 - kept > GROSS * judge.degrees:
+        terms += _whole_faults(screened)
+    found = []
+    for k, term in enumerate(terms):
+        if on_progress is not None:
+            on_progress("trying other starts", k / len(terms))
+        found.append(own_fit(evidence, (*judge.on_top, term), state)[0])
     return sorted(found, key=lambda one: one.chi2)
+
+
+def _whole_faults(screened: Screened) -> list[Term]:
+    """Hypotheses whose amplitude is far from absent or absent, of the channels that differ most."""
+    judge = screened.judge
+    beyond = judge.per_channel(judge.base**2)
+    worst = [judge.evidence.channels[k].name for k in np.argsort(-beyond, kind="stable")[:WHOLE_FAULTS]]
+    whole = [s.hypothesis for s in screened.signatures if any(n.amplitude and n.lower > n.absent for n in s.hypothesis.free)]
+    return [h.at({n.name: n.upper for n in h.free if n.amplitude}) for h in whole if h.target in worst]
 
 
 def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries | None,
