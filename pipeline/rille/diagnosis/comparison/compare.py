@@ -76,7 +76,7 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
     if short:
         moved = timing(simulator.predict, 0.5 * finest(simulator), fit.states, parts.stops, samples)
-        channels = tuple(replace(c, instants=s.noise * _root_mean_square(m)) for c, s, m in zip(channels, samples, moved, strict=True))
+        channels = tuple(replace(c, instants=_root_mean_square(m * s.noise)) for c, s, m in zip(channels, samples, moved, strict=True))
     return Comparison(
         recording=recording.name,
         model=str(simulator.path),

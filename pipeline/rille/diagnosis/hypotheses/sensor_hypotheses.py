@@ -12,7 +12,7 @@ from rille.model.recording import Channel, full_name
 
 STAMPS, GAPS = "stamps", "gaps"  # words of the catalogue's column `channel`: faults of the time stamps; faults that leave no wrong value
 TURNS = ("w", "x", "y", "z")
-WHOLE, LEAST_WHOLE = ("wrong_sign",), 0.9  # faults that are there or not, and the least of their number: a part of one is a scale
+LEAST_WHOLE = 0.9  # of the number of a fault that is there or not (its usual value is its largest)
 FARTHEST = 10.0  # times the largest value that was measured: an offset beyond it is none
 FASTEST = 0.02  # relative error of a clock's rate beyond which it is believed last
 LEAST_SHIFT, MOST_SHIFT, SHIFTS = 0.25, 0.3, 10  # [sampling intervals], [s], number of shifts in time that are tried
@@ -100,8 +100,8 @@ def _free(kind: EffectKind, parameter: EffectParameter, channels: Sequence[Chann
     elif parameter.unit.startswith("SI"):  # a sensor that says nothing of what it measures is broken, not off
         far = FARTHEST * (largest + 10 * noise) / (duration if parameter.unit == "SI/s" else 1.0)
         number = replace(number, lower=max(number.lower, -far), upper=min(number.upper, far))
-    if kind.name in WHOLE:
-        number = replace(number, lower=LEAST_WHOLE, spread=parameter.upper)
+    if parameter.amplitude and parameter.typical == parameter.upper:
+        number = replace(number, lower=LEAST_WHOLE * parameter.upper, spread=parameter.upper)
     if STAMPS in kind.channel and parameter.amplitude:  # a delay, or a rate that makes one by the end
         over = 1.0 if parameter.unit == "s" else duration
         believed = FASTEST if parameter.unit == "1" else number.believed
