@@ -12,7 +12,7 @@ from made_machines import machine_of
 from rille import simulate, store
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind
 from rille.diagnosis.hypotheses.natural import factor_of, natural, size_of
-from rille.diagnosis.hypotheses.sensor_hypotheses import channels_of
+from rille.diagnosis.hypotheses.sensor_hypotheses import channels_of, sensor_hypotheses
 from rille.diagnosis.hypotheses.tries import place_tries
 from rille.model import Command, Drive, Effect, Grouser, Scenario
 from rille.model.diagnosis import Location, Span
@@ -174,6 +174,23 @@ def test_pulses_only_where_the_difference_is_short():
             assert set(values) == {n.name for n in h.free if not n.amplitude}
             assert all(n.lower <= values[n.name] <= n.upper for n in h.free if not n.amplitude)
             assert all(2.9 <= v <= 3.6 for k, v in values.items() if k.endswith("_x"))  # x = t: where it was then
+
+
+def test_gravity_may_be_of_another_planet_but_that_is_believed_last():
+    gravity = next(h for h in candidates(machine_of(pendulum(), gravity=9.81), (), KINDS) if h.kind == "gravity")
+    (factor,) = gravity.free
+    assert factor.lower <= 1.62 / 9.81 < 9.81 / 1.62 <= factor.upper
+    assert gravity.at({"factor": 0.5}).is_far_fetched
+    assert not gravity.at({"factor": 1.02}).is_far_fetched
+
+
+def test_a_fault_that_is_there_or_not_is_never_there_by_a_part():
+    time = np.arange(0, 5, 0.01)
+    channel = Channel(name="a", quantity="joint.position", target="hinge1", unit="rad", time=time, value=np.sin(time), noise=1e-3)
+    found = {h.kind: h.free[0] for h in sensor_hypotheses([channel], KINDS) if h.target == "a"}
+    assert (found["wrong_sign"].lower, found["wrong_sign"].upper) == (0.9, 1.0)
+    assert found["scale"].lower < 0 < found["scale"].upper
+    assert found["bias"].upper == pytest.approx(10 * (np.abs(channel.value).max() + 10 * channel.noise))
 
 
 def test_filters():

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rille import simulate
+from rille import simulate, store
 from rille.diagnosis.answer.prove import prove
 from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.held_out import Parts, cut_in_time
 from rille.diagnosis.evidence.replay_evidence import gather
+from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses
+from rille.diagnosis.inference.search import search
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import Effect
 from rille.model.hypothesis import FreeNumber, Hypothesis
@@ -108,6 +110,25 @@ def test_a_sensor_that_lies_is_told_from_physics(make_model, channel, change, ti
     assert sizes[best] == pytest.approx(size, rel=0.1)
     setting = (RIVALS[best].at({RIVALS[best].free[0].name: size}),)
     assert explained(evidence.relinearised(setting), setting) == pytest.approx(0.99, abs=0.05)
+
+
+def test_a_sensor_that_is_turned_round_is_named_though_nothing_fits(make_model):
+    """With the sign of one angle wrong, all starts are wrong, and no derivative that was taken there means anything: only under starts of
+    its own the fault is seen to explain all. Its rivals are other faults of the same two angles and friction.
+    """
+    path, scenario = model(make_model, 2)
+    run = cut_in_time(recorded(path, scenario, 2), 0, 2.8)
+    turned = replace(run, channels=tuple(replace(c, value=-c.value) if c.name == "angle2" else c for c in run.channels))
+    kinds = store.effect_kinds()
+    faults = [
+        h
+        for h in sensor_hypotheses(turned.channels, kinds)
+        if h.target in ("angle1", "angle2") and h.kind in ("wrong_sign", "scale", "bias")
+    ]
+    found = search(gather({"swing": simulate.Replayer(path)}, [turned]), [*faults, *RIVALS[:4]])
+    assert [t.term.hypothesis.title for t in found.terms] == ["wrong_sign of angle2"]
+    assert found.verdict == "sensor_fault"
+    assert found.leftover < 0.01
 
 
 def test_windows_and_recordings_are_independent(make_model):

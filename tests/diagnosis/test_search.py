@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rille.diagnosis.inference.fit import fit_together
+from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.moments import shared_moment
 from rille.diagnosis.inference.search import search
 from toy_evidence import catalogue, effect, named, number, recorded
 
@@ -61,6 +64,33 @@ def test_a_push_is_named_though_no_window_of_it_can_be_held_out():
     found = search(recorded((push,), seconds=20), [h for h in catalogue() if h.kind in ("push", "coulomb", "mass", "bias")])
     assert titles(found) == ["push of left"]
     assert np.isclose(found.terms[0].term.numbers["start"], 12.3, atol=0.05)
+
+
+def test_who_found_the_moment_tells_the_others():
+    """Pushes on both carts, one of them looked for from a wrong time alone: it gets the moment of the other, and is the better one."""
+    push = named("push", "left", force=4.0, start=12.3, duration=0.2)
+    left, right = (h for h in catalogue() if h.kind == "push" and h.target in ("left", "right"))
+    evidence = recorded((push,), seconds=20)
+    judge = Judge(evidence)
+    fitted = fit_together(judge, [[(right.at({"force": 0.3, "start": 12.3, "duration": 0.2}),)]])
+    moment = shared_moment(fitted, [left, right], base=judge.chi2, worth=-10.0)
+    assert list(moment) == [left.title]
+    assert np.isclose(moment[left.title][0]["start"], fitted[0].setting[0].numbers["start"])
+    assert shared_moment(fitted, [left, right], base=fitted[0].chi2 - 1.0, worth=0.3) == {}
+
+
+def test_what_is_far_fetched_is_believed_last():
+    """Two words for one thing, one of them farther from absence than is believed: it is of the group, but never its head; where it is alone
+    it is named all the same.
+    """
+    viscous = effect("viscous", "left", number("coefficient"))
+    far = replace(viscous, cause="parameter", kind="viscous_number", free=(replace(viscous.free[0], believed=0.05),))
+    truth = (named("viscous", "left", coefficient=0.2),)
+    found = search(recorded(truth, seconds=10), [far, viscous])
+    assert [r.title for r in found.ranked] == [viscous.title, far.title]
+    assert found.terms[0].term.hypothesis.kind == "viscous"
+    alone = search(recorded(truth, seconds=10), [far])
+    assert (alone.verdict, alone.terms[0].term.hypothesis.kind) == ("parameter", "viscous_number")
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -113,7 +113,8 @@ def _turning(shown: Shown, in_body: bool, time: Array, turn: Array, noise: float
     here = product(exponential(share[:, None] * logarithm(product(turn[after], conjugate(before)))), before)
     if in_body:
         rate = product(product(here, np.c_[np.zeros(len(rate)), rate]), conjugate(here))[:, 1:]
-        own = float(np.hypot(own, noise * np.sqrt(np.mean(rate**2)))) if len(rate) else own
+        shared = max(1.0, len(rate) / len(time))  # rates that are turned by the same two orientations, and by their errors
+        own = float(np.hypot(own, noise * np.sqrt(shared * np.mean(rate**2)))) if len(rate) else own
     return at, here, rate, own
 
 
