@@ -40,7 +40,7 @@ def shown(rng, rate=25.0, gyro=100.0, duration=8.0):
 
 def errors(recorded, instants, widest=0.6):
     """e' C^-1 e / 2 (3, k) of angle and rate by axis, and the errors of the rates (3, k) [rad/s]."""
-    motions = recorded.smooth(instants, widest)
+    motions = recorded.smooth(instants, recorded.reference(instants), widest)
     turn, rate = attitude(instants)
     away = logarithm(product(turn, conjugate(recorded.reference(instants))))
     sizes, off = [], []
@@ -73,6 +73,19 @@ def test_a_component_that_is_late_leaves_the_instrument_whole():
     _, before = errors(recorded_turns(orientation, [(rates, True)]), instants)
     _, after = errors(recorded_turns(orientation, [(late, True)]), instants)
     assert np.abs(after - before).max() < 2 * RATE_NOISE
+
+
+def test_a_bias_is_seen_from_a_reference_that_does_not_share_it():
+    """All yaws 0.02 rad too large: the smoothed turns differ by as much about the vertical, and by nothing else, to the second order."""
+    orientation, rates = shown(np.random.default_rng(5))
+    off = {**orientation, "yaw": (replace(orientation["yaw"][0], value=orientation["yaw"][0].value + 0.02), TURN_NOISE)}
+    instants = np.linspace(1, 7, 20)
+    before = recorded_turns(orientation, [(rates, True)])
+    references = before.reference(instants)
+    widths = [m.width for m in before.smooth(instants, references, 0.6)]
+    first, second = ([m.value[:, 0] for m in r.smooth(instants, references, 0.6, widths)] for r in (before, recorded_turns(off, [])))
+    assert np.median(second[2] - first[2]) == pytest.approx(0.02, abs=2e-3)
+    assert np.median(second[0] - first[0]) == pytest.approx(0.0, abs=2e-3)
 
 
 def test_what_is_not_recorded_whole_is_not_made_up():

@@ -39,10 +39,10 @@ class RecordedTurns:
         """(k, 4) orientation that was recorded next to each instant (k,) [s]."""
         return self.turn[np.clip(np.searchsorted(self.time, times), 0, len(self.time) - 1)]
 
-    def smooth(self, times: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion]:
-        """Rotation vector about ``reference``, and its rate, at ``times`` (k,) [s] by axes of W. widest, widths : as in ``smooth``."""
+    def smooth(self, times: Array, references: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion]:
+        """Rotation vectors from ``references`` (k, 4) and their rates at ``times`` (k,) [s] by axes of W. The rest as in ``smooth``."""
         parts: list[list[LocalMotion]] = [[], [], []]
-        for k, (instant, reference) in enumerate(zip(times, self.reference(times), strict=True)):
+        for k, (instant, reference) in enumerate(zip(times, references, strict=True)):
             at, away = _near(self.time, self.turn, reference, instant, widest)[:2]
             turning = []
             for time, turn, rate, noise in self.rates:

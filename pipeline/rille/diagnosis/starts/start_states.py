@@ -121,7 +121,7 @@ def smoothed_values(
     some = [(c, noise) for c, noise in channels if c.name in touched]
     turned = any(c.target == simulator.root and c.quantity in ("part.orientation", "part.angular_velocity") for c, _ in some)
     wanted = [turned if c.kind == "turn" else bool(series_of(c, some, simulator.root, simulator.joints)) for c in starts.coordinates]
-    turns = _Turns(simulator.root, channels if turned else ())
+    turns = _Turns(simulator.root, channels if turned else (), starts.states[:, 4:8])
     motions = _motions(simulator, turns, starts.coordinates, channels, times, widest, wanted=wanted, widths=starts.widths)
     for k, motion in enumerate(motions):
         if motion is not None:
@@ -266,7 +266,10 @@ def agrees(motion: LocalMotion, window: int, value: float, rate: float) -> bool:
 class _Turns:
     """Orientation of the root as recorded: whole (a quaternion; roll, pitch and yaw of one instant), some angles, or none."""
 
-    def __init__(self, root: str, channels: Sequence[tuple[Channel, float]]) -> None:
+    def __init__(self, root: str, channels: Sequence[tuple[Channel, float]], references: Array | None = None) -> None:
+        """references (n_windows, 4) : orientations that turns are counted from at the instants of ``smooth``; None: those that are recorded
+        next to each.
+        """
         of_root = [(c, noise) for c, noise in channels if root and c.target == root]
         shown = {c.component: (c, noise) for c, noise in of_root if c.quantity == "part.orientation"}
         rates = {
@@ -276,13 +279,13 @@ class _Turns:
         self._recorded = recorded_turns(shown, [(rates["world"], False), (rates["body"], True)])
         self._rates = rates["world"]
         self._angles = {} if self._recorded else {k: shown[k] for k in ANGLES if k in shown}
-        self._reference = np.empty((0, 4))
+        self._reference, self._given = np.empty((0, 4)), references
 
     def smooth(self, times: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion | None]:
         """Motion about three axes: those of W from a reference near each instant, or roll, pitch and yaw. widths : as in ``smooth``."""
         if self._recorded:
-            self._reference = self._recorded.reference(times)
-            return [*self._recorded.smooth(times, widest, widths)]
+            self._reference = self._recorded.reference(times) if self._given is None else self._given
+            return [*self._recorded.smooth(times, self._reference, widest, widths)]
         found: list[LocalMotion | None] = []
         for angle, axis in zip(ANGLES, "xyz", strict=True):
             series = [self._unwrapped(*self._angles[angle])] if angle in self._angles else []
