@@ -17,7 +17,8 @@ class FreeNumber:
     search : how it is looked for if it is no amplitude; ``local`` from ``start``, ``scale`` over decades (or octaves) about it, ``phase``
     around the circle, ``order`` over whole numbers, ``place`` over where the machine was, ``time`` over when it was.
     tries : values of an amplitude that are tried beside: what shifts in time fits again and again where a signal repeats.
-    believed : distance of an amplitude from ``absent`` beyond which it is believed last of all: half of gravity is another planet.
+    believed : distance of an amplitude from ``absent`` beyond which it is believed last of all: half of gravity is another planet. None:
+    any is believed.
     """
 
     name: str
@@ -30,7 +31,7 @@ class FreeNumber:
     absent: float = 0.0
     search: Search = "local"
     tries: tuple[float, ...] = ()
-    believed: float = float("inf")
+    believed: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +86,7 @@ class Term:
     def is_far_fetched(self) -> bool:
         """Whether an amplitude is farther from absence than is believed."""
         free = zip(self.hypothesis.free, self.values, strict=True)
-        return any(number.amplitude and abs(value - number.absent) > number.believed for number, value in free)
+        return any(n.amplitude and n.believed is not None and abs(value - n.absent) > n.believed for n, value in free)
 
 
 Setting = tuple[Term, ...]
