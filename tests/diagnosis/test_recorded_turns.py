@@ -88,6 +88,23 @@ def test_a_bias_is_seen_from_a_reference_that_does_not_share_it():
     assert np.median(second[0] - first[0]) == pytest.approx(0.0, abs=2e-3)
 
 
+def test_a_rate_about_one_axis_of_the_world_is_heard():
+    """A turntable with the rate about the vertical alone: as well known as with all three."""
+    time = np.arange(0, 6, 0.02)
+    yaw, rate = 1.2 * np.sin(1.5 * time), 1.8 * np.cos(1.5 * time)
+    random = np.random.default_rng(6)
+    turns = {n: (Channel(name=n, quantity="part.orientation", target="b", component=n, unit="rad", time=time,
+                         value=(yaw if n == "yaw" else 0 * yaw) + random.normal(0, 0.02, len(time))), 0.02) for n in ANGLES}  # fmt: skip
+    gyro = Channel(name="z", quantity="part.angular_velocity", target="b", component="z", unit="rad/s", time=time, value=rate)
+    instants = np.linspace(1, 5, 30)
+    off = []
+    for rates in ([({"z": (gyro, RATE_NOISE)}, False)], []):
+        recorded = recorded_turns(turns, rates)
+        found = recorded.smooth(instants, recorded.reference(instants), 0.6)[2].value[:, 1]
+        off.append(np.sqrt(np.mean((found - 1.8 * np.cos(1.5 * instants)) ** 2)))
+    assert off[0] < 2 * RATE_NOISE < 0.2 * off[1]
+
+
 def test_what_is_not_recorded_whole_is_not_made_up():
     orientation, rates = shown(np.random.default_rng(4))
     assert recorded_turns({k: v for k, v in orientation.items() if k != "roll"}, [(rates, True)]) is None

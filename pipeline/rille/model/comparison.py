@@ -17,8 +17,8 @@ Mode = Literal["windows", "whole", "inverse_dynamics", "points"]
 class ComparedChannel:
     """One observed channel.
 
-    channel : its description, without samples. time : (n,) [s] of the recording. measured, simulated : (n,) [unit]; simulated as the sensor
-    would have seen it (delay, resolution). window : (n,) number of the window that each sample belongs to.
+    channel : its description, without samples. time : (n,) [s] of the recording. measured, simulated : (n,) [unit]; simulated at the
+    instants that the sensor speaks of, not rounded as it rounds. window : (n,) number of the window that each sample belongs to.
     noise : 1 sigma [unit] by which residuals are normalised. noise_from : ``stated``, ``innovations``, ``differences``, ``repeats`` or
     ``resolution``. left_out : why the channel takes no part in fits and rankings ('' = it does).
     start_gain : (n,) standard deviation [unit] that the uncertainty of the window's start state gives to this sample; 0 if unknown.

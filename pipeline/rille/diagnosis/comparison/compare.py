@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.diagnosis.comparison.pooled import root_mean_square
 from rille.diagnosis.starts.noise_floor import difference_noise, noise_of, quantisation
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts, residuals
@@ -76,7 +77,7 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
     if short:
         moved = timing(simulator.predict, 0.5 * finest(simulator), fit.states, parts.stops, samples)
-        channels = tuple(replace(c, instants=_root_mean_square(m * s.noise)) for c, s, m in zip(channels, samples, moved, strict=True))
+        channels = tuple(replace(c, instants=root_mean_square(m * s.noise)) for c, s, m in zip(channels, samples, moved, strict=True))
     return Comparison(
         recording=recording.name,
         model=str(simulator.path),
@@ -179,10 +180,6 @@ def _floor(channel: Channel, samples: Samples, simulated: Array, sigma: float, s
     if 0 < innovations < sigma and innovations > quantisation(channel):
         return innovations, "innovations"
     return sigma, source
-
-
-def _root_mean_square(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _windows(simulator: Any, fit: StartFit, parts: Cut, unreached: Sequence[int]) -> tuple[CompareWindow, ...]:

@@ -122,12 +122,13 @@ def _pooled(pieces: Sequence[tuple[int, int, ComparedChannel]]) -> Pooled:
         noise=float(np.sqrt(np.mean(known**2))) if len(known) else float("nan"),
         noise_from=tuple(dict.fromkeys(channel.noise_from for channel in channels)),
         left_out="" if part else pieces[0][2].left_out,
-        instants=_root_mean_square([c.instants / c.noise for c in channels if c.noise > 0]),
+        instants=root_mean_square(np.array([c.instants / c.noise for c in channels if c.noise > 0])),
     )
 
 
-def _root_mean_square(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if values else 0.0
+def root_mean_square(values: Array) -> float:
+    """Of (n,) values; 0 of none."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def blocks(window: Whole, time: Array, finite: NDArray[np.bool_]) -> Whole:

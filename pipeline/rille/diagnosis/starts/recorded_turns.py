@@ -8,7 +8,7 @@ Near an instant the orientation is exp(phi) times a reference, phi the rotation 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,15 @@ GAP = 3.0  # usual intervals between orientations, beyond which none is made up 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedTurns:
     """time (n,) [s] : delays taken off. turn (n, 4). noise [rad]. rates : for each instrument instants (m,) [s], orientation there (m, 4),
-    angular velocity in W (m, 3) [rad/s], its noise.
+    angular velocity in W (m, 3) [rad/s], its noise. alone : by axis, rates about axes of W of which not all three are recorded; they are
+    taken as those of the rotation vector.
     """
 
     time: Array
     turn: Array
     noise: float
     rates: tuple[tuple[Array, Array, Array, float], ...]
+    alone: Mapping[str, Series] = field(default_factory=dict)
 
     def reference(self, times: Array) -> Array:
         """(k, 4) orientation that was recorded next to each instant (k,) [s]."""
@@ -51,6 +53,7 @@ class RecordedTurns:
             for axis in range(3):
                 series = [Series(order=0, time=at, value=away[:, axis], noise=self.noise)]
                 series += [Series(order=1, time=when, value=rate[:, axis], noise=noise) for when, rate, noise in turning]
+                series += [self.alone["xyz"[axis]]] if "xyz"[axis] in self.alone else []
                 fixed = None if widths is None else widths[axis][k : k + 1]
                 parts[axis].append(smooth(times[k : k + 1], series, widest=widest, widths=fixed))
         return [_joined(motions) for motions in parts]
@@ -59,7 +62,8 @@ class RecordedTurns:
 def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> RecordedTurns | None:
     """What is recorded of an orientation; None where it is not recorded whole, by one instrument.
 
-    rates : angular velocities by components x, y, z, and whether they are along the axes of the body; those that lack one are left out.
+    rates : angular velocities by components x, y, z, and whether they are along the axes of the body; along the body those that
+    lack one are left out.
     """
     for names in (tuple("wxyz"), ANGLES):
         if not _whole(orientation, names):
@@ -70,7 +74,9 @@ def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> R
         else:  # a turn by a changes a component of a quaternion by at most a/2
             turn, noise = values / np.linalg.norm(values, axis=1, keepdims=True), 2.0 * noise
         turning = tuple(_turning(shown, in_body, time, turn, noise) for shown, in_body in rates if _whole(shown, tuple("xyz")))
-        return RecordedTurns(time=time, turn=turn, noise=noise, rates=turning) if len(time) else None
+        single = {k: c for shown, in_body in rates if not in_body and not _whole(shown, tuple("xyz")) for k, c in shown.items()}
+        alone = {k: Series(order=1, time=c.time - c.delay, value=c.value, noise=own) for k, (c, own) in single.items()}
+        return RecordedTurns(time=time, turn=turn, noise=noise, rates=turning, alone=alone) if len(time) else None
     return None
 
 
