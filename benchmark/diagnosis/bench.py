@@ -115,7 +115,7 @@ def do_one(trial: Trial, kept: Path | None = None) -> dict:
         facts = {"trial": trial.name, "truth": asdict(truth), "making": made}
         begin = time.perf_counter()
         try:
-            answer = diagnose_files(folder / "model.db", TRAINING, HELD_OUT)
+            answer = diagnose_files(folder / "model.db", TRAINING, HELD_OUT, without=trial.concealed)
         except Exception:
             return facts | {"status": "crashed", "message": traceback.format_exc()[-2000:]}
         score = scored(truth, answer, time.perf_counter() - begin)

@@ -59,7 +59,7 @@ def scored(truth: Truth, answer: Diagnosis, seconds: float) -> Score:
     names = answer.verdict in NAMING
     ranked = answer.ranked
     best = ranked[0] if ranked else None
-    right = [_is_truth(entry, truth, machine) for entry in ranked]
+    right = [not trial.concealed and _is_truth(entry, truth, machine) for entry in ranked]
     top = names and bool(right) and right[0]
     grouped = names and any(ok for ok, entry in zip(right, ranked, strict=True) if best is not None and entry.group == best.group)
     if truth.cause == "none":
@@ -67,6 +67,8 @@ def scored(truth: Truth, answer: Diagnosis, seconds: float) -> Score:
     said = [term.term for term in best.terms] if best is not None else []
     group = next((g for g in answer.groups if best is not None and g.number == best.group), None)
     named = next((term for term in said if same(term.hypothesis, truth, machine)), None)
+    wanted = CLASS_OF.get(truth.cause, answer.verdict if names and said and said[0].hypothesis.cause == "effect" else "")
+    classed = answer.verdict == wanted or (truth.cause == "parameter" and top)  # a wrong mass is what the catalogue calls a change of mass
     return Score(
         trial=truth.trial,
         strength=truth.strength,
@@ -78,9 +80,7 @@ def scored(truth: Truth, answer: Diagnosis, seconds: float) -> Score:
         wrong=names and not grouped,
         target=names and any(_same_target(term.hypothesis, truth, machine) for term in said),
         located=_located(answer, truth, machine),
-        classed=answer.verdict
-        == CLASS_OF.get(truth.cause, answer.verdict if names and said and said[0].hypothesis.cause == "effect" else "")
-        or (truth.cause == "parameter" and top),  # a wrong mass is what the catalogue calls a change of mass
+        classed=answer.verdict in ("unknown", "cannot_know") if trial.concealed else classed,
         error=relative_error(named, truth, machine) if named is not None and names else float("nan"),
         gap=answer.proof.gap_closed if answer.proof is not None else float("nan"),
         probability=group.probability if group is not None else best.probability if best is not None else float("nan"),

@@ -1,7 +1,7 @@
 """Which trials there are, and their names: machine/cause/what/target/strength/seed."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from zlib import crc32
 
 import numpy as np
@@ -23,6 +23,8 @@ from rille import store
 STRENGTHS = (1.0, 2.0, 5.0)
 SMALL = ("pendulum", "arm", "free_body", "bench")
 DEVELOPMENT = 1000  # seeds from here on are never part of the benchmark: thresholds and probabilities are calibrated on them
+CONCEALED = 2000  # seeds from here on: what is wrong is kept out of the hypotheses, so that none of them is right
+CONCEALED_SHARE = 4  # one of so many development trials
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +42,11 @@ class Trial:
     def name(self) -> str:
         """One word that tells everything; '-' where there is nothing."""
         return "/".join([self.machine, self.cause, self.kind or "-", self.target or "-", f"{self.strength:g}", str(self.seed)])
+
+    @property
+    def concealed(self) -> tuple[str, ...]:
+        """Kinds and targets that diagnosis may not think of."""
+        return (self.kind, self.target) if self.seed >= CONCEALED else ()
 
     def random(self, purpose: str) -> np.random.Generator:
         """Random numbers of a purpose. Maneuvers, sensors and shape numbers are the same at every strength, noise is not."""
@@ -110,9 +117,13 @@ def quick(seed: int = 0) -> Iterator[Trial]:
 
 
 def development(seed: int, count: int) -> Iterator[Trial]:
-    """Trials to calibrate on: drawn from the small machines, all causes and strengths, with seeds of their own."""
+    """Trials to calibrate on: drawn from the small machines, all causes and strengths, with seeds of their own. In one of four diagnosis
+    does not know what is wrong: neither that kind of hypothesis nor any at that target.
+    """
     rng = np.random.default_rng([DEVELOPMENT, seed])
-    everything = [t for machine in SMALL for t in _of_machine(machine, DEVELOPMENT + seed)]
+    everything = [t for machine in SMALL for t in _of_machine(machine, DEVELOPMENT + seed) if t.cause != "none"]
     weights = np.array([3.0 if t.cause in ("sensor", "parameter") else 1.0 for t in everything])
-    for k in rng.choice(len(everything), size=min(count, len(everything)), replace=False, p=weights / weights.sum()):
-        yield everything[int(k)]
+    chosen = rng.choice(len(everything), size=min(count, len(everything)), replace=False, p=weights / weights.sum())
+    for n, k in enumerate(chosen):
+        trial = everything[int(k)]
+        yield replace(trial, seed=CONCEALED + seed) if n % CONCEALED_SHARE == 0 else trial

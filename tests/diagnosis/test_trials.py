@@ -14,7 +14,7 @@ from making import HELD_OUT, TRAINING, Maker, Truth, make
 from scoring import relative_error, same, scored
 from subjects import MAKERS, subject
 from tables import write_tables
-from trials import DEVELOPMENT, Trial, development, full, quick, trial_named
+from trials import CONCEALED, DEVELOPMENT, Trial, development, full, quick, trial_named
 
 from rille import store
 from rille.diagnosis.inference.weights import Calibration
@@ -117,6 +117,21 @@ def answer(*terms, verdict="named", groups=None):
         ranked=ranked,
         groups=(Group(number=0, members=(), probability=0.9, correlation=0.0),),
     )
+
+
+def test_of_what_is_concealed_no_name_is_right():
+    secret = replace(COULOMB, seed=CONCEALED)
+    assert secret.concealed == ("coulomb_friction", "elbow")
+    assert not COULOMB.concealed
+    some = list(development(0, 40))
+    assert sum(bool(t.concealed) for t in some) == 10
+    assert all(t.seed >= DEVELOPMENT for t in some)
+    truth = replace(TRUTH, trial=secret.name)
+    named = scored(truth, answer(hypothesis().at({"torque": 0.012})), 1.0)
+    assert named.wrong
+    assert named.place == -1
+    assert not named.classed
+    assert scored(truth, answer(verdict="unknown"), 1.0).classed
 
 
 def test_scores_tell_right_from_grouped_from_abstained_from_wrong():
