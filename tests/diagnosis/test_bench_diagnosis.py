@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench_rigs import KINDS, LUGGED, WHEEL, made_rig
+from bench_rigs import KINDS, LUGGED, SLIPS, WHEEL, made_rig
 from effect_rigs import LUNAR_SOIL
 from rille.diagnosis.bench.bench_calibration import calibrate, plain
 from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
@@ -164,3 +164,52 @@ def test_what_nothing_feels_is_no_hypothesis():
     made = plain(open_terms([rig]))
     stiffness = next(term for term in made if term.hypothesis.kind == "frictional_modulus")
     assert stiffness.numbers["frictional_modulus"] == pytest.approx(LUNAR_SOIL.frictional_modulus)
+
+
+def few_points(law, seed=1, **more):
+    """Straight on at one load, two channels: what a single afternoon gives."""
+    few = {"slips": (0.0, 0.1, 0.2, 0.3), "angles": (0.0,), "loads": (100.0,), "channels": ("drawbar_pull", "sinkage")}
+    return made_rig(planted=law, seed=seed, **{**few, **more})
+
+
+def test_sixteen_points_are_enough_to_see_a_law():
+    """Two loads, four slips, twice each: sinkage off by 30 times its noise."""
+    made = diagnosed(few_points(planted("slip_sinkage", slip_gain=0.8), slips=(0.1, 0.15, 0.2, 0.25), loads=(60.0, 180.0)))
+    assert (made.verdict, members(made)) == ("named", ["slip_sinkage"])
+
+
+def test_a_noise_of_few_repeats_is_no_reason_for_a_law():
+    """Seven groups of two: the noise is known to 27 % and may come out at half of what it is. Twenty seeds, none missing: all silent."""
+    verdicts = [diagnosed(few_points((), seed=seed, slips=SLIPS)).verdict for seed in range(20)]
+    assert verdicts == ["nothing_missing"] * 20
+
+
+def test_points_without_repeats_or_too_few_to_judge_are_said_to_be():
+    """Three points, one of each: their noise is a guess and nothing can be told, though the law is plain at more of them."""
+    made = diagnosed(few_points(planted("slip_sinkage", slip_gain=0.8), slips=(0.0, 0.1, 0.2), repeats=1))
+    assert made.verdict == "cannot_know"
+    assert "Nothing could be judged" in made.sentence
+    assert not made.setting
+
+
+def test_the_points_that_it_asks_for_tell_the_group_apart():
+    """Bulldozing at one load looks like an offset of the force sensor. Points of the best sweep, recorded on the same rig, tell."""
+    law = planted("bulldozing", efficiency=3.0)
+    first = few_points(law)
+    made = diagnosed(first)
+    assert (made.verdict, set(members(made))) == ("group", {"bias", "bulldozing"})
+    best = made.experiments[0]
+    assert best.separation > 10 > 3 > best.now
+    table = np.array([[float(cell) for cell in line.split(",")] for line in best.points.splitlines()[1:]])
+    assert np.ptp(table[:, 1]) == np.ptp(table[:, 2]) == 0  # a sweep of load
+    second = few_points(law, loads=tuple(table[:, 0]), slips=(table[0, 1],), seed=2, name="asked for")
+    both = diagnosed(first, second)
+    assert (both.verdict, members(both)) == ("named", ["bulldozing"])
+
+
+def test_of_the_same_law_twice_no_points_tell():
+    """An added exit ratio is the soil's own."""
+    made = diagnosed(made_rig(planted=planted("exit_angle", ratio_change=0.4), known=False))
+    (only,) = made.experiments
+    assert only.separation < 1
+    assert "no sweep" in only.sentence

@@ -158,7 +158,7 @@ def _why_not_judged(comparisons: Sequence[Comparison], difference: Difference) -
             f"{len(ended)} of {count} windows cannot be replayed to their end, the first at {ended[0].start:.2f} s: {ended[0].ended}; "
             "mend the model, or take a smaller step"
         )
-    if all(channel.verdict in ("left out", "no data") for channel in difference.channels):
+    if not difference.judged:
         return difference.sentence
     return ""
 

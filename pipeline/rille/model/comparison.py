@@ -19,8 +19,9 @@ class ComparedChannel:
 
     channel : its description, without samples. time : (n,) [s] of the recording. measured, simulated : (n,) [unit]; simulated at the
     instants that the sensor speaks of, not rounded as it rounds. window : (n,) number of the window that each sample belongs to.
-    noise : 1 sigma [unit] by which residuals are normalised. noise_from : ``stated``, ``innovations``, ``differences``, ``repeats`` or
-    ``resolution``. left_out : why the channel takes no part in fits and rankings ('' = it does).
+    noise : 1 sigma [unit] by which residuals are normalised. noise_from : ``stated``, ``innovations``, ``differences``, ``repeats``,
+    ``resolution`` or ``assumed``. noise_degrees : of freedom that it was estimated with, if few.
+    left_out : why the channel takes no part in fits and rankings ('' = it does).
     start_gain : (n,) standard deviation [unit] that the uncertainty of the window's start state gives to this sample; 0 if unknown.
     instants : root mean square [unit] of what simulating all a quarter of a step later would change: no simulation knows time better.
     """
@@ -32,6 +33,7 @@ class ComparedChannel:
     window: NDArray[np.int64]
     noise: float
     noise_from: str = "stated"
+    noise_degrees: float = float("inf")
     left_out: str = ""
     start_gain: Array = field(default_factory=lambda: np.empty(0))
     instants: float = 0.0

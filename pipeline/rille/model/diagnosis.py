@@ -169,13 +169,16 @@ class Proof:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """What to record next. separation [-] : expected difference of the hypotheses, in sigmas, over the maneuver. scenario : TOML."""
+    """What to record next. separation [-] : expected difference of the hypotheses, in sigmas, over the maneuver. scenario : TOML of a
+    maneuver. points : CSV of the conditions of a bench. now [-] : separation of the recordings at hand.
+    """
 
     name: str
     purpose: str
     separation: float
-    scenario: str
     sentence: str
+    scenario: str = ""
+    points: str = ""
     now: float = NAN
 
 

@@ -118,6 +118,11 @@ class ChannelDifference:
         """What was measured of what, as ``full_name`` says it."""
         return full_name(self.quantity, self.component, self.target)
 
+    @property
+    def judged(self) -> bool:
+        """Whether it takes part and has samples enough, with a known noise."""
+        return self.verdict not in ("left out", "no data")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WindowDifference:
@@ -229,6 +234,11 @@ class Difference:
     runs: tuple[RunDifference, ...]
     notes: tuple[str, ...] = ()
     false_discovery_rate: float = 0.05
+
+    @property
+    def judged(self) -> bool:
+        """Whether any channel could be judged."""
+        return any(row.judged for row in self.channels)
 
     def channel(self, name: str) -> ChannelDifference:
         """The channel of that name; KeyError if there is none."""

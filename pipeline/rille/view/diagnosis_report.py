@@ -165,15 +165,12 @@ def _next_section(diagnosis: Diagnosis) -> Section | None:
 def _experiment(experiment: Experiment, k: int) -> str:
     place = f"experiments[{k}]"
     now = f", {value_at(experiment.now, f'{place}.now')} with these recordings" if math.isfinite(experiment.now) else ""
-    scenario = (
-        f"<details><summary>scenario for <code>rille run</code></summary><pre>{escaped(experiment.scenario)}</pre></details>"
-        if experiment.scenario
-        else ""
-    )
+    shown = [("scenario for <code>rille run</code>", experiment.scenario), ("points to measure", experiment.points)]
+    details = "".join(f"<details><summary>{what}</summary><pre>{escaped(text)}</pre></details>" for what, text in shown if text)
     return (
         f'<div class="card"><h3>{escaped(experiment.name)} <span class="shown">{escaped(experiment.purpose)}</span></h3>'
         f"<p>{escaped(experiment.sentence)}</p>"
-        f'<p class="shown">Expected separation: {value_at(experiment.separation, f"{place}.separation")} sigma{now}.</p>{scenario}</div>'
+        f'<p class="shown">Expected separation: {value_at(experiment.separation, f"{place}.separation")} sigma{now}.</p>{details}</div>'
     )
 
 

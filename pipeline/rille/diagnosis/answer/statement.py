@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from rille.model.diagnosis import Estimate, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
 
 MOST_NAMES = 4
+WHY, WHETHER = "cannot tell why", "cannot tell whether the model differs from them"
 
 
 def statement(
@@ -20,7 +21,7 @@ def statement(
     unknown_like: str = "",
 ) -> str:
     """One paragraph: what it is, where, how sure, how much better, and what stays open. ``leftover``: share of the excess that is left."""
-    parts = [_what(verdict, terms, ranked, leftover), unknown_like]
+    parts = [_what(verdict, terms, ranked, location, leftover), unknown_like]
     if verdict != "nothing_missing" and location.sentence:
         parts.append(location.sentence)
     if transients:
@@ -60,14 +61,15 @@ def _listed(names: Sequence[str]) -> str:
     return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
 
 
-def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], leftover: float) -> str:
+def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], location: Location, leftover: float) -> str:
     sure = f"; probability {percent(ranked[0].probability)}" if ranked else ""
     explained = f"; explains {100 * (1 - leftover):.0f} % of what is beyond the noise" if 0 <= leftover <= 1 else ""
     named = _listed([_named(term) for term in terms]) if terms else ""
     if verdict == "nothing_missing":
         return "nothing is missing: the model reproduces these recordings to their noise"
     if verdict == "cannot_know":
-        return "the model differs from these recordings, but they cannot tell why"
+        differs = any(target.differs for target in location.targets)
+        return f"the model differs from these recordings, but they {WHY}" if differs else f"these recordings {WHETHER}"
     if verdict == "sensor_fault":
         return f"the model is not to blame, a sensor is: {named}{sure}{explained}"
     if verdict == "parameter":

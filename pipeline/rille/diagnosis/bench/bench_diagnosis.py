@@ -12,6 +12,7 @@ from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.bench.bench_answer import ablation, accepted_terms, applied, proof, ranking, soil_terms
 from rille.diagnosis.bench.bench_calibration import calibrate_shared, free_numbers, plain
 from rille.diagnosis.bench.bench_evidence import BenchEvidence, gather_bench
+from rille.diagnosis.bench.bench_experiment import next_points
 from rille.diagnosis.bench.bench_hypotheses import bench_hypotheses, conditional, open_terms, soil_hypotheses
 from rille.diagnosis.bench.bench_rig import BenchRig, responses
 from rille.diagnosis.bench.bench_search import BenchFound, search_bench, simpler
@@ -20,7 +21,7 @@ from rille.diagnosis.comparison.difference import find_difference
 from rille.diagnosis.inference.weights import probabilities
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
-from rille.model.diagnosis import Diagnosis, Group, Location, NamedTerm, Proof, RankedHypothesis, TargetScore, Verdict
+from rille.model.diagnosis import Diagnosis, Experiment, Group, Location, NamedTerm, Proof, RankedHypothesis, TargetScore, Verdict
 from rille.model.difference import Difference
 from rille.model.hypothesis import Hypothesis, Setting
 
@@ -28,6 +29,7 @@ Stage = Callable[[str, Callable[[], Any]], Any]
 UNKNOWN = 0.3  # share of the excess left, beyond which the catalogue has no name for the rest
 FOR_EACH = 3.0  # measured numbers per open number, below which a fit says nothing of what is missing
 PREDICTS = 2.0  # RMS [noise] of what was left out, up to which a soil explains the points
+FALSE_ALARM = "the comparison calls something different, but that may be chance: the noise is not known well, or the excess is small"
 ONE_SLIP = 0.05  # range of slip ratios below which they were one
 
 
@@ -74,6 +76,10 @@ def diagnose_bench(
         limits=limits,
         notes=tuple(f"the soil {name} is known from earlier points and was not fitted" for name in held),
     )
+    if not difference.judged:
+        limits = (difference.sentence, *limits)
+        sentence = statement("cannot_know", (), (), answer.location, 0.0, None, (), limits)
+        return replace(answer, verdict="cannot_know", limits=limits, sentence=sentence)
     if not difference.differs:
         return replace(answer, sentence=statement("nothing_missing", (), (), answer.location, 0.0, None, (), ()))
     open_numbers = open_terms(rigs, fixed)
@@ -105,6 +111,9 @@ def diagnose_bench(
     catalogue = {kind.name: kind for kind in kinds}
     ranked, groups = ranking(found, evidence, catalogue)
     terms = accepted_terms(found, evidence, catalogue)
+    if not found.differs and not any(term.hypothesis.target_kind == "soil" for term in found.first.whole.setting):
+        sentence = statement("nothing_missing", (), (), answer.location, 0.0, None, (), ())
+        return replace(answer, sentence=sentence, notes=(*answer.notes, FALSE_ALARM))
     verdict, limit = _verdict(found, evidence, groups, conditional(rigs, kinds))
     if verdict == "group" and not any(group.number == 0 for group in groups):
         members = (ranked[0].title, "another law of slip or load")
@@ -115,6 +124,8 @@ def diagnose_bench(
     setting, notes = applied(plain(_moved(found.best.whole.setting)), _smooth(rigs), _needing(kinds))
     on_progress("proof", 0.92)
     proven: Proof | None = stage("proof", lambda: _proof(evidence, rigs, found, held_out))
+    on_progress("planning the next points", 0.96)
+    experiments: tuple[Experiment, ...] = stage("experiments", lambda: _experiments(evidence, found, groups))
     stage("improved", lambda: [_compared(rig, found.best.whole.setting, model) for rig in rigs])
     limits = (*((limit,) if limit else ()), *limits)
     return replace(
@@ -125,6 +136,7 @@ def diagnose_bench(
         ranked=ranked,
         groups=groups,
         proof=proven,
+        experiments=experiments,
         limits=limits,
         leftover=found.leftover,
         notes=(*answer.notes, *notes),
@@ -214,6 +226,13 @@ def _proof(evidence: BenchEvidence, rigs: Sequence[BenchRig], found: BenchFound,
         before, after = evidence.residuals([()])[0], found.first.held_out
     parts = len(np.unique(evidence.run))
     return proof(evidence, before, after, evidence.run[evidence.window], f"points left out in {parts} parts", ablation(evidence, found))
+
+
+def _experiments(evidence: BenchEvidence, found: BenchFound, groups: Sequence[Group]) -> tuple[Experiment, ...]:
+    """Points that would tell the members of the best group apart."""
+    if not found.rounds or not any(group.number == 0 for group in groups):
+        return ()
+    return next_points(evidence, found.rounds[max(len(found.best.extra) - 1, 0)])
 
 
 def _location(difference: Difference) -> Location:

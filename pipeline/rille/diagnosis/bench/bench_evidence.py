@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.diagnosis.bench.bench_rig import BenchRig, faulty, responses
-from rille.diagnosis.comparison.bench_difference import RESPONSES, Curves, find_curves, find_scatter, repeat_groups
+from rille.diagnosis.comparison.bench_difference import RESPONSES, Curves, Scatter, find_curves, find_scatter, repeat_groups
 from rille.diagnosis.evidence.evidence import ENDED, Array, Whole
 from rille.model import BenchPoints, InputRefused
 from rille.model.hypothesis import Setting
@@ -26,7 +26,9 @@ PARTS = 6  # that are left out one after the other
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """Numbers that one channel of one rig measured, sorted like the evidence. point : (n,) of the rig. place : (n,) in the evidence."""
+    """Numbers that one channel of one rig measured, sorted like the evidence. point : (n,) of the rig. place : (n,) in the evidence.
+    known_by : degrees of freedom of its noise.
+    """
 
     rig: int
     channel: Channel
@@ -34,6 +36,7 @@ class Measured:
     point: Whole
     place: Whole
     value: Array
+    known_by: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,6 +68,11 @@ class BenchEvidence:
                 off = (part.value - simulated) / self.sigma[part.place]
                 row[part.place] = np.where(np.isfinite(off), off, ENDED)
         return result
+
+    @property
+    def noise_error(self) -> float:
+        """Standard deviation of chi-squared [-] that comes of noises that are estimates of few degrees of freedom."""
+        return float(np.sqrt(sum(2.0 * len(part.place) ** 2 / part.known_by for part in self.parts)))
 
     def relinearised(self, setting: Setting) -> "BenchEvidence":
         """Itself: there are no starts."""
@@ -133,7 +141,7 @@ def gather_bench(rigs: Sequence[BenchRig]) -> BenchEvidence:
                 simulated = getattr(answer, RESPONSES[channel.quantity])
                 if np.isfinite(here.value).any():
                     values.append(np.isfinite(here.value))
-                    drafts.append((k, here, find_scatter(here, simulated, points, groups, curves).sigma))
+                    drafts.append((k, here, find_scatter(here, simulated, points, groups, curves)))
         pieces.extend(_pieces(k, rigs, points, curves, groups, values))
     if not drafts:
         raise InputRefused(
@@ -143,26 +151,36 @@ def gather_bench(rigs: Sequence[BenchRig]) -> BenchEvidence:
 
 
 def _evidence(
-    rigs: tuple[BenchRig, ...], points: tuple[BenchPoints, ...], drafts: list[tuple[int, Channel, float]], pieces: list[_Piece]
+    rigs: tuple[BenchRig, ...], points: tuple[BenchPoints, ...], drafts: list[tuple[int, Channel, Scatter]], pieces: list[_Piece]
 ) -> BenchEvidence:
     channels: dict[tuple[str, str], int] = {}
     rows: list[tuple[int, float, int, int, int, float]] = []  # window, time, channel, draft, point, sigma
     filled = [p for p in pieces if any(k == p.rig and np.isfinite(c.value[p.points]).any() for k, c, _ in drafts)]
     for w, piece in enumerate(filled):
-        for d, (k, channel, sigma) in enumerate(drafts):
+        for d, (k, channel, scatter) in enumerate(drafts):
             if k != piece.rig:
                 continue
             number = channels.setdefault((channel.name, channel.target), len(channels))
-            rows += [(w, float(i), number, d, int(j), sigma) for i, j in enumerate(piece.points) if np.isfinite(channel.value[j])]
+            rows += [(w, float(i), number, d, int(j), scatter.sigma) for i, j in enumerate(piece.points) if np.isfinite(channel.value[j])]
     table = np.array(sorted(rows, key=lambda row: row[:3]))
     window, draft = table[:, 0].astype(np.int64), table[:, 3].astype(np.int64)
     point = table[:, 4].astype(np.int64)
     parts = []
-    for d, (k, channel, _) in enumerate(drafts):
+    for d, (k, channel, scatter) in enumerate(drafts):
         place = np.flatnonzero(draft == d)
         bare = replace(channel, time=np.empty(0), value=np.empty(0))
         response = RESPONSES[channel.quantity]
-        parts.append(Measured(rig=k, channel=bare, response=response, point=point[place], place=place, value=channel.value[point[place]]))
+        parts.append(
+            Measured(
+                rig=k,
+                channel=bare,
+                response=response,
+                point=point[place],
+                place=place,
+                value=channel.value[point[place]],
+                known_by=scatter.known_by,
+            )
+        )
     named = {key: next(p.channel for p in parts if (p.channel.name, p.channel.target) == key) for key in channels}
     return BenchEvidence(
         rigs=rigs,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import f, norm
 
 from rille.diagnosis.bench.bench_calibration import Calibrated, Problem, bounded_step, free_numbers, spread_soils
 from rille.diagnosis.bench.bench_evidence import BenchEvidence
@@ -26,7 +27,7 @@ SURVIVORS = 8  # that are judged by parts left out, of those that were fitted
 STEPS = 4  # of the fits to all parts but one,
 LENGTHS = (1.0, 0.3, 0.1)  # and their lengths
 LEAST_DROP = 0.01  # of the excess, for the same
-SIGNIFICANT = 4.0  # [standard deviations] of chi-squared beyond its degrees
+SIGNIFICANT = 4.0  # [standard deviations of a normal] as improbable a chi-squared counts as beyond its degrees
 SIZES = (0.5, -0.5)  # [spreads] by which amplitudes are tried
 
 
@@ -75,11 +76,12 @@ class BenchFound:
     differs: bool
 
 
-def excess(residual: Array, free: int) -> float:
-    """Chi-squared beyond the degrees of freedom, 0 where that may be chance."""
+def excess(evidence: BenchEvidence, residual: Array, free: int) -> float:
+    """Chi-squared beyond the degrees of freedom, 0 where that may be chance, or noise that is not known well: a ratio of variances (F)."""
     degrees = max(len(residual) - free, 1)
-    beyond = float(residual @ residual) - degrees
-    return beyond if beyond > SIGNIFICANT * np.sqrt(2 * degrees) else 0.0
+    chi2 = float(residual @ residual)
+    noise_degrees = min(2 * (len(residual) / max(evidence.noise_error, 1e-9)) ** 2, 1e6)
+    return chi2 - degrees if chi2 > degrees * f.isf(norm.sf(SIGNIFICANT), degrees, noise_degrees) else 0.0
 
 
 def search_bench(
@@ -98,12 +100,12 @@ def search_bench(
     """
     open_numbers = calibrated.setting
     free = sum(len(term.hypothesis.free) for term in open_numbers)
-    start = excess(calibrated.residual, free)
+    start = excess(evidence, calibrated.residual, free)
     on_progress("leaving out parts", 0.0)
     first = Rival(extra=(), whole=calibrated, held_out=_held_out(evidence, calibrated, ()))
     best, rounds = first, []
     while start > 0 and len(best.extra) < most:
-        if excess(best.whole.residual, free + len(best.extra)) == 0:
+        if excess(evidence, best.whole.residual, free + len(best.extra)) == 0:
             break
         share = len(best.extra) / most
         found = _round(evidence, hypotheses, best, start, lambda part, at=share: on_progress("fitting hypotheses", at + part / most))
@@ -113,7 +115,7 @@ def search_bench(
         if not _accepted(evidence, found, start):
             break
         best = found.rivals[0]
-    leftover = excess(best.whole.residual, free + len(best.extra)) / start if start > 0 else 0.0
+    leftover = excess(evidence, best.whole.residual, free + len(best.extra)) / start if start > 0 else 0.0
     return BenchFound(rounds=tuple(rounds), first=first, best=best, leftover=leftover, differs=start > 0)
 
 

@@ -47,6 +47,11 @@ class Scatter:
     least: float = np.nan
     most: float = np.nan
 
+    @property
+    def known_by(self) -> float:
+        """Degrees of freedom, infinite where it was not estimated from these points."""
+        return float(self.degrees) if self.origin in ("repeats", "differences") else float("inf")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curves:
@@ -243,6 +248,7 @@ def compare_bench(
             window=curves.label[order],
             noise=scatter.sigma,
             noise_from=scatter.origin,
+            noise_degrees=scatter.known_by,
             left_out="the data gate flags it" if channel.name in bad else "",
         )
         compared.append(made)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 from rille.diagnosis.comparison.block_errors import LEAST, block_sums, mean_and_error, ratio_interval
 from rille.diagnosis.comparison.delay_to_model import lag_fit
@@ -15,7 +15,7 @@ from rille.model.comparison import Comparison
 from rille.model.difference import ChannelDifference, LagFit, Whiteness
 
 Array = NDArray[np.float64]
-LEAST_SAMPLES = 20
+LEAST_SAMPLES, LEAST_POINTS = 20, 6  # in time, where neighbours are alike; and of a bench
 CUT, UNEVEN = 4.0, 1.25  # [noise]; factor by which the noise of single windows may exceed the usual one
 
 
@@ -43,15 +43,15 @@ def channel_statistics(pooled: Pooled, comparisons: Sequence[Comparison]) -> Cha
     low, high = np.sqrt(ratio_interval(residual**2, np.ones(n), block))
     row = replace(row, rms=float(np.sqrt(np.mean(residual**2))), rms_low=float(low), rms_high=float(high), bias=bias, bias_error=bias_error)
     known = np.isfinite(pooled.z)
-    if n < LEAST_SAMPLES or np.count_nonzero(known) < LEAST_SAMPLES:
+    timed = comparisons[0].mode != "points"
+    if np.count_nonzero(known) < (LEAST_SAMPLES if timed else LEAST_POINTS):
         return row
     z, degrees, block = pooled.z[known], pooled.degrees[known], pooled.block[known]
     low, high = np.sqrt(ratio_interval(z**2, degrees, block))
     white = whiteness(pooled)
-    timed = comparisons[0].mode != "points"
     lag, p_delay = lag_fit(pooled) if timed else (LagFit(), np.nan)
-    p_size = _p_size(z, degrees, block, pooled.allowance)
-    p_window = _p_window(z, degrees, pooled.window[known], pooled.allowance)
+    p_size = _p_size(z, degrees, block, pooled)
+    p_window = _p_window(z, degrees, pooled.window[known], pooled)
     p = np.array([p_size, p_window, white.p if white is not None else np.nan, p_bias, p_delay])
     peak = int(np.argmax(np.abs(np.nan_to_num(pooled.z))))
     left = [] if row.left_out else p[np.isfinite(p)]
@@ -75,11 +75,12 @@ def channel_statistics(pooled: Pooled, comparisons: Sequence[Comparison]) -> Cha
     )
 
 
-def _p_size(z: Array, degrees: Array, block: NDArray[np.int64], allowance: float) -> float:
+def _p_size(z: Array, degrees: Array, block: NDArray[np.int64], pooled: Pooled) -> float:
     """p of as large a sum of z^2, of any distribution: chi-squared with as many degrees of freedom as samples are worth.
 
     sum z^2 / sum degrees has the variance (kurtosis - 1) / n of independent samples, 2 / n if they are normal, and more if sizes come in
-    stretches of time: what blocks scatter more than samples would. Degrees of freedom are cut by both ratios.
+    stretches of time: what blocks scatter more than samples would. Degrees of freedom are cut by both ratios. Where the noise is itself an
+    estimate with few degrees of freedom, the ratio has an F distribution.
     """
     n, square = len(z), z**2
     freedom, ratio = float(np.sum(degrees)), float(np.sum(square) / np.sum(degrees))
@@ -88,17 +89,22 @@ def _p_size(z: Array, degrees: Array, block: NDArray[np.int64], allowance: float
     sums = block_sums(square - ratio * degrees, block)
     if len(sums) >= LEAST and variance > 0:
         worth /= max(1.0, float(np.sum(sums**2)) / (n * variance))
-    return float(chi2.sf(ratio * worth / allowance**2, worth))
+    return float(_p_of_ratio(np.array(ratio / pooled.allowance**2), np.array(worth), pooled.noise_degrees))
 
 
-def _p_window(z: Array, degrees: Array, window: NDArray[np.int64], allowance: float) -> float:
+def _p_of_ratio(ratio: Array, worth: Array, noise_degrees: float) -> Array:
+    """p of as large ratios of variances, of ``worth`` degrees of freedom, to that of the noise."""
+    return np.asarray(chi2.sf(ratio * worth, worth) if np.isinf(noise_degrees) else f.sf(ratio, worth, noise_degrees), dtype=float)
+
+
+def _p_window(z: Array, degrees: Array, window: NDArray[np.int64], pooled: Pooled) -> float:
     """p of the largest sum of z^2 of one window among all (Bonferroni): what happens once drowns in tests of the whole.
 
     Samples count as at most ``CUT``, degrees of freedom are cut by the usual kurtosis of the windows as in ``_p_size``, and the noise may
     be larger by ``UNEVEN`` in some: tails and uneven noise are no event.
     """
     z = np.clip(z, -CUT, CUT)
-    allowance *= UNEVEN
+    allowance = UNEVEN * pooled.allowance
     count = np.bincount(window)
     some = count >= LEAST_SAMPLES // 2
     if np.count_nonzero(some) < 2:
@@ -107,7 +113,7 @@ def _p_window(z: Array, degrees: Array, window: NDArray[np.int64], allowance: fl
     freedom = np.bincount(window, degrees)[some]
     kurtosis = float(np.median(count[some] * fourth / np.maximum(second**2, 1e-300)))
     worth = freedom * min(1.0, 2 / max(kurtosis - 1, 1e-3))
-    return float(min(1.0, np.min(chi2.sf(second / freedom * worth / allowance**2, worth)) * len(worth)))
+    return float(min(1.0, np.min(_p_of_ratio(second / freedom / allowance**2, worth, pooled.noise_degrees)) * len(worth)))
 
 
 def _structure(white: Whiteness | None, square: float) -> float:

@@ -130,7 +130,7 @@ def _runs(comparisons: Sequence[Comparison], pooled: Sequence[Pooled]) -> tuple[
 
 def _sentence(rows: Sequence[ChannelDifference], targets: Sequence[TargetDifference], windows: Sequence[WindowDifference]) -> str:
     """The verdict in words."""
-    known = [row for row in rows if row.verdict not in ("left out", "no data")]
+    known = [row for row in rows if row.judged]
     if not known:
         return "nothing could be judged: no channel has a known noise and enough samples"
     differing = sorted((row for row in known if row.differs), key=lambda row: -row.normalised)

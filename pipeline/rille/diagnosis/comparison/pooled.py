@@ -12,7 +12,7 @@ from rille.model.recording import Channel
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
-ALLOWANCE = {"stated": 1.05, "innovations": 1.1, "repeats": 1.1, "differences": 1.2, "resolution": 1.2}
+ALLOWANCE = {"stated": 1.05, "innovations": 1.1, "repeats": 1.1, "differences": 1.2, "resolution": 1.2, "assumed": 2.0}
 """Factor by which a noise of this origin may be understated before a channel counts as noisy: statements are rounded, estimates scatter."""
 LARGEST = 1e60  # [noise]: fourth powers stay finite
 LEAST_BLOCKS, MOST_BLOCKS = 24, 60  # enough for a standard error; long enough each to outlast correlation between windows
@@ -26,7 +26,8 @@ class Pooled:
     and start-state uncertainty over noise.
     instants [-] : of ``ComparedChannel.instants`` the root mean square over noise.
     window : index over all comparisons. run : index of the comparison. block : 0, 1, ...: whole windows, or parts of them if they are few.
-    noise : root mean square over samples [unit]. left_out : why the channel takes no part anywhere ('' = it does somewhere).
+    noise : root mean square over samples [unit]. noise_degrees : of freedom that it was estimated with.
+    left_out : why the channel takes no part anywhere ('' = it does somewhere).
     """
 
     channel: Channel
@@ -42,6 +43,7 @@ class Pooled:
     block: Whole
     noise: float
     noise_from: tuple[str, ...]
+    noise_degrees: float = float("inf")
     left_out: str = ""
     instants: float = 0.0
 
@@ -121,6 +123,7 @@ def _pooled(pieces: Sequence[tuple[int, int, ComparedChannel]]) -> Pooled:
         block=blocks(window, time, np.isfinite(residual)),
         noise=float(np.sqrt(np.mean(known**2))) if len(known) else float("nan"),
         noise_from=tuple(dict.fromkeys(channel.noise_from for channel in channels)),
+        noise_degrees=sum(channel.noise_degrees for channel in channels),
         left_out="" if part else pieces[0][2].left_out,
         instants=root_mean_square(np.array([c.instants / c.noise for c in channels if c.noise > 0])),
     )
