@@ -4,8 +4,9 @@ import contextlib
 import io
 import json
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -93,11 +94,24 @@ class Maker:
     def _seed(self, name: str) -> int:
         return int(np.random.default_rng([*name.encode(), int(self.trial.random("noise").integers(1 << 31))]).integers(1 << 31))
 
-    def excess(self, recordings: Sequence[Recording]) -> tuple[float, str]:
-        """sqrt(normalised^2 - 1) of the channel where it is largest, and that channel. Noise as it is, also where the manifest hides it."""
-        sizes = {c.channel.name: np.sqrt(np.nansum(c.z**2) / np.sum(c.degrees)) for c in pool(self._compared(recordings)) if not c.left_out}
-        worst = max(sizes, key=lambda name: sizes[name])
-        return float(np.sqrt(max(0.0, sizes[worst] ** 2 - 1.0))), worst
+    def excess(self, recordings: Sequence[Recording], floor: Mapping[str, float] | None = None) -> tuple[float, str]:
+        """sqrt(normalised^2 - floor) of the channel where it is largest, and that channel.
+
+        Noise as it is, also where the manifest hides it. floor : of channels the normalised^2 that they have without the fault, if above 1:
+        values at rest are all rounded alike.
+        """
+        beyond = {name: square - max(1.0, (floor or {}).get(name, 1.0)) for name, square in self._squares(recordings).items()}
+        worst = max(beyond, key=lambda name: beyond[name])
+        return float(np.sqrt(max(0.0, beyond[worst]))), worst
+
+    @cached_property
+    def floor(self) -> Mapping[str, float]:
+        """Of channels normalised^2 without the fault."""
+        return self._squares(self.recordings(0.0, TRAINING))
+
+    def _squares(self, recordings: Sequence[Recording]) -> dict[str, float]:
+        pooled = [c for c in pool(self._compared(recordings)) if not c.left_out]
+        return {c.channel.name: float(np.nansum(c.z**2) / np.sum(c.degrees)) for c in pooled}
 
     def _compared(self, recordings: Sequence[Recording]) -> list[Comparison]:
         if self.subject.kind == "points":
@@ -110,7 +124,7 @@ class Maker:
     def strength(self, size: float) -> tuple[float, str]:
         """Excess in the training recordings at a size; infinite where physics ends a run or refuses the numbers."""
         try:
-            return self.excess(self.recordings(size, TRAINING))
+            return self.excess(self.recordings(size, TRAINING), self.floor if size > 0 else None)
         except (PhysicsFailed, InputRefused):
             return np.inf, ""
 

@@ -118,8 +118,16 @@ def _measured(rig: BenchRig) -> list[Channel]:
 
 
 def _effect(rigs: Sequence[BenchRig], kind: EffectKind, target: str) -> Hypothesis | None:
-    """An effect on a wheel with the numbers that are felt free; None if nothing of it is felt."""
-    natural = {f"{REFERENCE}{name}": float(np.exp(np.mean(np.log(values)))) for name, values in _conditions(rigs).items()}
+    """An effect on a wheel with the numbers that are felt free; None if nothing of it is felt.
+
+    References are the means of the conditions; where these are the same at all points and nothing is felt there, those of the catalogue.
+    """
+    means = {f"{REFERENCE}{name}": float(np.exp(np.mean(np.log(values)))) for name, values in _conditions(rigs).items()}
+    return _effect_about(rigs, kind, target, means) or _effect_about(rigs, kind, target, {})
+
+
+def _effect_about(rigs: Sequence[BenchRig], kind: EffectKind, target: str, natural: Mapping[str, float]) -> Hypothesis | None:
+    """With these references."""
     varied = {f"{REFERENCE}{name}" for name, values in _conditions(rigs).items() if np.ptp(values) > SAME * np.mean(values)}
     fixed = {p.name: natural.get(p.name, p.typical) for p in kind.parameters if not p.amplitude}
     free = [

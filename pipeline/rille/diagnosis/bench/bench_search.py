@@ -146,6 +146,8 @@ def _round(
         rivals.append(Rival(extra=extra, whole=fit, held_out=_held_out(evidence, fit, extra)))
     rivals.sort(key=lambda r: float(r.held_out @ r.held_out))
     worth = _independent(evidence, rivals[0].held_out)
+    first = min((r for r in rivals if _ahead(evidence, rivals[0], r, worth)[0] <= TIED), key=_simplicity)
+    rivals = [first, *(r for r in rivals if r is not first)]
     over_base = [_ahead(evidence, r, base, worth) for r in rivals]
     behind = [_ahead(evidence, rivals[0], r, worth) for r in rivals]
     needed = standard_errors_that_count(len(evidence.labels))
@@ -163,6 +165,11 @@ def _round(
         ),
         tries=len(remaining),
     )
+
+
+def _simplicity(rival: Rival) -> tuple[int, bool]:
+    """Of those that predict alike the one with the fewest numbers stands first, a number of the model before a law."""
+    return len(free_numbers(rival.extra)), rival.extra[-1].hypothesis.cause != "parameter"
 
 
 def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tuple[float, Setting]:

@@ -1,10 +1,19 @@
-"""When something short happened is the same for all who may have done it: who found the moment tells the others."""
+"""Something short happened: when. The moment is looked for all over the stretches that differ most, and it is the same for all who may have
+done it: who found it tells the others.
+"""
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from rille.diagnosis.hypotheses.shape_tries import Values
 from rille.diagnosis.inference.fit import Fitted
+from rille.diagnosis.inference.judge import Judge
 from rille.model.hypothesis import Hypothesis
+
+SPANS = 2  # stretches that are looked at
+CONCENTRATED = 0.5  # share of all that is beyond the noise that they hold, if it was something short
+EVERY, LASTING = 8, (0.25, 0.1)  # moments in each, and how long it may last, in terms of the stretch
 
 
 def shared_moment(fitted: Sequence[Fitted], hypotheses: Sequence[Hypothesis], *, base: float, worth: float) -> Mapping[str, tuple[Values]]:
@@ -22,6 +31,32 @@ def shared_moment(fitted: Sequence[Fitted], hypotheses: Sequence[Hypothesis], *,
         for h in hypotheses
         if is_momentary(h) and h.title != term.hypothesis.title
     }
+
+
+def busy_spans(judge: Judge) -> tuple[tuple[float, float], ...]:
+    """Stretches of time [s] of the windows that differ most; () if the difference is not concentrated there."""
+    beyond = np.maximum(judge.per_window(judge.base**2) - judge.floor * judge.window_degrees, 0.0)
+    starts, stops = judge.evidence.starts, judge.evidence.stops
+    spans: list[tuple[float, float]] = []
+    inside = np.zeros(len(beyond), dtype=bool)
+    for w in np.argsort(-beyond, kind="stable"):
+        if len(spans) < SPANS and not inside[w]:
+            spans.append((float(starts[w]), float(stops[w])))
+            inside |= (starts < stops[w] - 1e-9) & (stops > starts[w] + 1e-9)
+    return tuple(spans) if float(np.sum(beyond[inside])) > CONCENTRATED * float(np.sum(beyond)) else ()
+
+
+def moment_tries(hypothesis: Hypothesis, spans: Sequence[tuple[float, float]]) -> tuple[Values, ...]:
+    """Shape numbers of a hypothesis about a moment: moments all over the stretches, short and long ones."""
+    shape = [number for number in hypothesis.free if not number.amplitude]
+    tries = []
+    for first, last in spans:
+        for k in range(EVERY):
+            at = first + (last - first) * k / EVERY
+            for share in LASTING:
+                wanted = {"time": at, "scale": share * (last - first)}
+                tries.append({n.name: float(np.clip(wanted.get(n.search, n.start), n.lower, n.upper)) for n in shape})
+    return tuple(tries)
 
 
 def is_momentary(hypothesis: Hypothesis) -> bool:

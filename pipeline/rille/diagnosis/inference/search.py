@@ -17,7 +17,7 @@ from rille.diagnosis.inference.confound import groups
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
 from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of
 from rille.diagnosis.inference.judge import Judge, Progress
-from rille.diagnosis.inference.moments import shared_moment
+from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_tries, shared_moment
 from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import rank
 from rille.diagnosis.inference.screen import Screened, screen
@@ -33,6 +33,7 @@ SURVIVORS = 12  # of the screen, that are fitted
 WORTH = 0.3  # of the best's drop of chi-squared, that a survivor promises at least
 LITTLE = 0.02  # share of the excess that is left by a law of few numbers, below which no more costly hypotheses are tried
 FEW_NUMBERS = 2
+MOMENTARY = 2  # hypotheses that are looked for all over the time, if something short happened
 PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
@@ -161,16 +162,34 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
         chosen = [s for s in loud if s.drop > WORTH * loud[0].drop and s.hypothesis not in done][:SURVIVORS]
         done += [s.hypothesis for s in chosen]
         singles += fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in chosen], on_progress=on_progress)
-    return screened, _at_the_moment(judge, singles, hypotheses, on_progress)
+    return screened, _at_the_moment(judge, screened, singles, hypotheses, on_progress)
 
 
-def _at_the_moment(judge: Judge, singles: list[Fitted], hypotheses: Sequence[Hypothesis], on_progress: Progress | None) -> list[Fitted]:
-    """The fits; those about a moment begun anew at the moment that the best of them found, where that is better."""
-    moment = shared_moment(singles, hypotheses, base=judge.chi2, worth=WORTH)
-    if not moment:
-        return singles
-    screened = screen(judge.evidence, [h for h in hypotheses if h.title in moment], tries=moment, judge=judge, on_progress=on_progress)
-    loud = [s for s in screened.signatures if s.drop > WORTH * (judge.chi2 - min(one.chi2 for one in singles))]
+def _at_the_moment(
+    judge: Judge, screened: Screened, singles: list[Fitted], hypotheses: Sequence[Hypothesis], on_progress: Progress | None
+) -> list[Fitted]:
+    """The fits; those about a moment begun anew, where that is better: all over the time in which something short must have happened,
+    and at the moment that the best of them found.
+    """
+    found = singles
+    short = [s.hypothesis for s in screened.signatures if not s.silent and is_momentary(s.hypothesis)][:MOMENTARY]
+    best = min((one.chi2 for one in singles), default=judge.chi2)
+    noise = noise_of(judge, best, judge.degrees) * judge.degrees
+    spans = busy_spans(judge) if short and best - noise > LITTLE * (judge.chi2 - noise) else ()
+    if spans:
+        found = _begun_anew(judge, found, short, {h.title: moment_tries(h, spans) for h in short}, on_progress)
+    moment = shared_moment(found, hypotheses, base=judge.chi2, worth=WORTH)
+    others = [h for h in hypotheses if h.title in moment]
+    return _begun_anew(judge, found, others, moment, on_progress) if moment else found
+
+
+def _begun_anew(
+    judge: Judge, singles: Sequence[Fitted], hypotheses: Sequence[Hypothesis], tries: Tries, on_progress: Progress | None
+) -> list[Fitted]:
+    """The fits, and those of some hypotheses begun at other shapes, where these are better."""
+    screened = screen(judge.evidence, hypotheses, tries=tries, judge=judge, on_progress=on_progress)
+    best_drop = judge.chi2 - min((one.chi2 for one in singles), default=judge.chi2)
+    loud = [s for s in screened.signatures if s.drop > WORTH * best_drop]
     anew = fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in loud], on_progress=on_progress)
     best: dict[str, Fitted] = {}
     for one in (*singles, *anew):
