@@ -19,7 +19,11 @@ from rille.model.diagnosis import Estimate
 from rille.model.hypothesis import Setting
 
 ITERATIONS = 10
-LENGTHS = ((1.0, 0.4), (0.12, 0.03))  # of a step, tried until one helps
+TRIALS = (
+    ((1.0, 0.4), ()),
+    ((0.12, 0.03), ()),
+    ((), (1.0, 10.0, 100.0)),
+)  # lengths and dampings (Marquardt 1963) of a step, until one helps
 CONVERGED = 0.05  # [nats] expected gain below which a fit has arrived
 CHANGE = 0.03  # of a number's size, for its derivative at first
 LEAST_CHANGE, MOST_CHANGE = 0.003, 0.1  # of an amplitude's size
@@ -102,8 +106,8 @@ def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
         slope = (jacobian @ residual.astype(np.float32)).astype(float) / kappa + precision * (where - centre)
         bounds = np.array([u.bounds for u in unknowns])
         stride = np.array([u.stride for u in unknowns])
-        step, drop = bounded_minimum(gram, slope, np.maximum(np.minimum(bounds[:, 0] - where, 0.0), -stride),
-                                     np.minimum(np.maximum(bounds[:, 1] - where, 0.0), stride))  # fmt: skip
+        down, up = np.maximum(np.minimum(bounds[:, 0] - where, 0.0), -stride), np.minimum(np.maximum(bounds[:, 1] - where, 0.0), stride)
+        step, drop = bounded_minimum(gram, slope, down, up)
         moved = where + step
         sizes = np.array([u.size(x) for u, x in zip(unknowns, moved, strict=True)])
         amplitude = np.array([u.number.amplitude for u in unknowns])
@@ -114,8 +118,9 @@ def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
             break
         prior = float(precision @ (where - centre) ** 2)
         better, gained = False, 0.0
-        for lengths in LENGTHS:
+        for lengths, dampings in TRIALS:
             points = [where + length * step for length in lengths]
+            points += [where + bounded_minimum(gram + damping * np.diag(np.diagonal(gram)), slope, down, up)[0] for damping in dampings]
             blocks = yield [setting_at(setting, unknowns, point) for point in points]
             replays += len(blocks)
             costs = [float(b @ b) / kappa + float(precision @ (p - centre) ** 2) for b, p in zip(blocks, points, strict=True)]

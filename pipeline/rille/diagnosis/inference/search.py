@@ -30,7 +30,7 @@ from rille.model.recording import Channel
 LEAST_WINDOWS = 4
 LEAST_DEGREES = 20.0
 SURVIVORS = 12  # of the screen, that are fitted
-WORTH = 0.3  # of the best's drop of chi-squared, that a survivor promises at least
+WORTH, WORTH_OF_A_PLACE = 0.3, 0.1  # of the best's drop of chi-squared, that a survivor promises at least; where few places were tried
 LITTLE = 0.02  # share of the excess that is left by a law of few numbers, below which no more costly hypotheses are tried
 FEW_NUMBERS = 2
 MOMENTARY = 2  # hypotheses that are looked for all over the time, if something short happened
@@ -159,10 +159,15 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
         signatures = sorted((*screened.signatures, *more.signatures), key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))
         screened = Screened(judge=judge, signatures=tuple(signatures), tries=screened.tries + more.tries)
         loud = [s for s in signatures if not s.silent and s.drop > 0]
-        chosen = [s for s in loud if s.drop > WORTH * loud[0].drop and s.hypothesis not in done][:SURVIVORS]
+        chosen = [s for s in loud if s.drop > _worth(s.hypothesis) * loud[0].drop and s.hypothesis not in done][:SURVIVORS]
         done += [s.hypothesis for s in chosen]
         singles += fit_together(judge, [[(*judge.on_top, s.hypothesis.at(s.values))] for s in chosen], on_progress=on_progress)
     return screened, _at_the_moment(judge, screened, singles, hypotheses, on_progress)
+
+
+def _worth(hypothesis: Hypothesis) -> float:
+    """Share of the best's drop that it must promise to be fitted."""
+    return WORTH_OF_A_PLACE if any(number.search == "place" for number in hypothesis.free) else WORTH
 
 
 def _at_the_moment(
