@@ -7,7 +7,7 @@ import pytest
 
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
-from rille.diagnosis.inference.moments import shared_moment
+from rille.diagnosis.inference.moments import busy_spans, shared_moment
 from rille.diagnosis.inference.search import search
 from toy_evidence import catalogue, effect, named, number, recorded
 
@@ -64,6 +64,23 @@ def test_a_push_is_named_though_no_window_of_it_can_be_held_out():
     found = search(recorded((push,), seconds=20), [h for h in catalogue() if h.kind in ("push", "coulomb", "mass", "bias")])
     assert titles(found) == ["push of left"]
     assert np.isclose(found.terms[0].term.numbers["start"], 12.3, atol=0.05)
+
+
+def test_a_short_push_late_in_a_long_window_is_found():
+    """Windows of 4 s: from the start of a window no fit gets to a push of 0.1 s in its last quarter; the whole of it is looked through."""
+    push = named("push", "left", force=8.0, start=15.3, duration=0.1)
+    found = search(recorded((push,), seconds=40, window=4.0), [h for h in catalogue() if h.kind in ("push", "coulomb", "mass", "bias")])
+    assert titles(found) == ["push of left"]
+    numbers = found.terms[0].term.numbers
+    assert np.isclose(numbers["start"] + 0.5 * numbers["duration"], 15.35, atol=0.02)
+    assert np.isclose(numbers["force"] * numbers["duration"], 0.8, rtol=0.1)  # the impulse is known, not what it is made of
+
+
+def test_what_lasts_is_not_looked_for_at_moments():
+    evidence = recorded((named("coulomb", "left", force=0.4),), seconds=20)
+    assert busy_spans(Judge(evidence)) == ()
+    (first, last), *_ = busy_spans(Judge(recorded((named("push", "left", force=4.0, start=12.3, duration=0.2),), seconds=20)))
+    assert first <= 12.3 < last
 
 
 def test_who_found_the_moment_tells_the_others():
