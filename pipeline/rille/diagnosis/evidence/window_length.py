@@ -2,6 +2,7 @@
 
 The longer a window, the more a small missing force adds up in it, and the less another start can explain it: the evidence grows many times
 over. But errors of the start grow, too; where the motion is violent, soon in no linear way, and no window says anything any more.
+Nor do long windows of a model that is far off: they end in states that the machine never saw.
 """
 
 from collections.abc import Mapping
@@ -21,10 +22,13 @@ LEAST = 8  # windows that the recordings must have
 DRAWS = 2
 BENT = 0.25  # [sigma] root mean square of what is not linear, in three of four windows
 QUARTER = 0.75
+FAR_OFF = 10.0  # [noise] root mean square of the residuals
+MOST = 1e3  # [noise] larger residuals count as this
 
 
 def window_length(simulator: Any, recording: Recording, *, duration: float, noise: Mapping[str, tuple[float, str]]) -> float:
-    """Length of windows [s]: the longest of ``LENGTHS`` in which starts drawn from what the recording leaves open answer linearly.
+    """Length of windows [s]: the longest of ``LENGTHS`` in which starts drawn from what the recording leaves open answer linearly, and the
+    model is not far off.
 
     Parameters
     ----------
@@ -38,9 +42,19 @@ def window_length(simulator: Any, recording: Recording, *, duration: float, nois
         if duration < LEAST * length:
             continue
         part = gather_part(simulator, recording, window=length, noise=noise, most=WINDOWS, corrected=False)
-        if bend(part) < BENT:
+        if bend(part) < BENT and misfit(part) < FAR_OFF:
             return length
     return LENGTHS[-1]
+
+
+def misfit(part: Part) -> float:
+    """Root mean square [noise] of what the starts cannot explain."""
+    picks = [(s.window, s.time) for s in part.samples]
+    answers = part.simulator.predict(part.states[None], part.last, [s.channel for s in part.samples], picks)
+    off = [np.nan_to_num(residuals(s, answer[0]) / s.noise, nan=MOST) for s, answer in zip(part.samples, answers, strict=True)]
+    metric = Metric(part.ordered([s.window for s in part.samples]), part.start_gain)
+    left = metric.whitened(np.clip(part.ordered(off), -MOST, MOST)[None])[0]
+    return float(np.sqrt(np.mean(left**2)))
 
 
 def bend(part: Part) -> float:
