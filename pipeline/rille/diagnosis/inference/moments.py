@@ -11,8 +11,8 @@ from rille.diagnosis.inference.fit import Fitted
 from rille.diagnosis.inference.judge import Judge
 from rille.model.hypothesis import Hypothesis
 
-SPANS = 2  # stretches that are looked at
-CONCENTRATED = 0.5  # share of all that is beyond the noise that they hold, if it was something short
+SPANS, FEW = 2, 0.35  # stretches that are looked at, and the share of all windows that they may be
+CONCENTRATED = 0.7  # share of all that is beyond the noise that they hold, if it was something short
 EVERY, LASTING = 8, (0.25, 0.1)  # moments in each, and how long it may last, in terms of the stretch
 
 
@@ -40,10 +40,14 @@ def busy_spans(judge: Judge) -> tuple[tuple[float, float], ...]:
     spans: list[tuple[float, float]] = []
     inside = np.zeros(len(beyond), dtype=bool)
     for w in np.argsort(-beyond, kind="stable"):
-        if len(spans) < SPANS and not inside[w]:
+        if not inside[w]:
             spans.append((float(starts[w]), float(stops[w])))
             inside |= (starts < stops[w] - 1e-9) & (stops > starts[w] + 1e-9)
-    return tuple(spans) if float(np.sum(beyond[inside])) > CONCENTRATED * float(np.sum(beyond)) else ()
+        if len(spans) > SPANS or np.mean(inside) > FEW:
+            return ()
+        if float(np.sum(beyond[inside])) > CONCENTRATED * float(np.sum(beyond)):
+            return tuple(spans)
+    return ()
 
 
 def moment_tries(hypothesis: Hypothesis, spans: Sequence[tuple[float, float]]) -> tuple[Values, ...]:
