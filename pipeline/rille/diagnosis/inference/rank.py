@@ -3,7 +3,8 @@
 Of each fold f the numbers that all other folds prefer follow from the quadratic expansion at the fit, without new replays:
 delta_f = argmin of |w + J delta|^2 over the other folds within the bounds; the residual held out is w_f + J_f delta_f. Log-likelihoods are
 -chi2/(2 kappa) with the over-dispersion kappa of the best setting. A setting whose numbers rest on one fold alone (a push, a patch that is
-crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978).
+crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978), and has no credit at all where it leaves a gross misfit:
+a push that a wrong model asks for is no push.
 
 Standard errors of a difference in log-likelihood: if a is right, its residual is noise, so the difference deviates from what is expected by
 e_w = <a, b - a>_w / kappa in window w. The error is the root of the sum of e_w^2, over windows or over stretches of them, whichever is
@@ -27,6 +28,7 @@ from rille.diagnosis.inference.judge import Judge
 from rille.model.hypothesis import Setting
 
 RESTS_ON_ONE = 0.75  # share of a number's information in one fold, beyond which it cannot be held out
+GROSS = 10.0  # chi-squared per degree of a gross misfit
 ERRORS = 2.0  # standard errors of a difference that counts, with many windows
 
 
@@ -83,6 +85,8 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
     own = np.diagonal(gram, axis1=1, axis2=2)
     total = np.sum(own, axis=0)
     charged = np.where(alone, 0.5 * sizes * np.log(max(judge.degrees, 2.0)), 0.0)
+    gross = alone & (chi2 > GROSS * judge.floor * judge.degrees)
+    charged = np.where(gross, np.maximum(charged, 0.5 * (total[0] - total) / kappa + 1.0), charged)
     score = -0.5 * total / kappa - charged
     slip = (gram - own[:, :, None]) / kappa
     stretches = np.zeros((int(fold.max()) + 1 if len(fold) else 1, *slip.shape[1:]))
