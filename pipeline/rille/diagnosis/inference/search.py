@@ -174,13 +174,17 @@ def _at_the_moment(
     judge: Judge, screened: Screened, singles: list[Fitted], hypotheses: Sequence[Hypothesis], on_progress: Progress | None
 ) -> list[Fitted]:
     """The fits; those about a moment begun anew, where that is better: all over the time in which something short must have happened,
-    and at the moment that the best of them found.
+    and at the moment that the best of them found. Not where a law that lasts explains everything.
     """
+    best = min(singles, key=lambda one: one.chi2, default=None)
+    chi2 = best.chi2 if best is not None else judge.chi2
+    noise = noise_of(judge, chi2, judge.degrees) * judge.degrees
+    explained = chi2 - noise <= LITTLE * (judge.chi2 - noise)
+    if best is not None and explained and not is_momentary(best.setting[-1].hypothesis):
+        return singles
     found = singles
     short = [s.hypothesis for s in screened.signatures if not s.silent and is_momentary(s.hypothesis)][:MOMENTARY]
-    best = min((one.chi2 for one in singles), default=judge.chi2)
-    noise = noise_of(judge, best, judge.degrees) * judge.degrees
-    spans = busy_spans(judge) if short and best - noise > LITTLE * (judge.chi2 - noise) else ()
+    spans = busy_spans(judge) if short and not explained else ()
     if spans:
         found = _begun_anew(judge, found, short, {h.title: moment_tries(h, spans) for h in short}, on_progress)
     moment = shared_moment(found, hypotheses, base=judge.chi2, worth=WORTH)
