@@ -12,6 +12,7 @@ import pytest
 
 from command import rille
 from rille import cad, simulate, store, terrain
+from rille.cli.bench_rigs import bench_rig
 from rille.cli.compare_points import compare_points
 from rille.cli.import_recording import import_recording
 from rille.model import BenchWheel, Effect, InputRefused
@@ -64,6 +65,7 @@ def test_the_manifest_brings_wheel_and_soil(database):
     assert floor(comparison)
     assert (comparison.model, comparison.mode) == ("bench", "points")
     assert "bench: wheel of radius x width 90 x 100 mm, fjs1_simulant, bekker_wong" in comparison.notes
+    assert not bench_rig(database, recorded(SHAPE | {"soil": "fjs1_simulant"}))[0].own_soil  # it is the library's
     assert min(normalised(compare_points(database, recorded(SHAPE | {"soil": "lete_sand"}))).values()) > 3
 
 

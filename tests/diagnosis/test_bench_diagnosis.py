@@ -213,3 +213,12 @@ def test_of_the_same_law_twice_no_points_tell():
     (only,) = made.experiments
     assert only.separation < 1
     assert "no sweep" in only.sentence
+
+
+def test_numbers_of_a_soil_that_the_model_lacks_are_told_but_not_put_there():
+    """A soil of the manifest alone: there is no row that `rille apply` could write them to."""
+    made = diagnosed(replace(made_rig(soil=OTHER_SOIL, known=False), own_soil=False))
+    assert made.verdict == "parameter"
+    assert made.setting == ()
+    (note,) = (note for note in made.notes if "soil_values" in note)
+    assert "friction_angle 0." in note

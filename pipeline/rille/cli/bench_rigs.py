@@ -23,7 +23,7 @@ def bench_rig(path: Path, recording: "Recording") -> tuple["BenchRig", tuple[str
     ------
     InputRefused : if wheel or soil are not known, or the points are none.
     """
-    from rille import simulate
+    from rille import simulate, store
     from rille.diagnosis.bench.bench_rig import BenchRig
     from rille.recording.points import bench_conditions, bench_target
 
@@ -51,6 +51,7 @@ def bench_rig(path: Path, recording: "Recording") -> tuple["BenchRig", tuple[str
         soil=soil,
         speed=speed,
         run=_simulator(law, effects, gravity, speed, by_travel),
+        own_soil=any(one.name == soil.name for one in store.read_soils(path)),
     )
     return made, tuple(notes)
 

@@ -214,17 +214,23 @@ def accepted_terms(found: BenchFound, evidence: BenchEvidence, kinds: Mapping[st
     return shown(numbers[len(numbers) - len(best.extra) :] if best.extra else [], best.extra, kinds)
 
 
-def applied(setting: Setting, without_lugs: Sequence[str], needs_lugs: Sequence[str]) -> tuple[Setting, tuple[str, ...]]:
+def applied(
+    setting: Setting, without_lugs: Sequence[str], needs_lugs: Sequence[str], foreign_soils: Sequence[str] = ()
+) -> tuple[Setting, tuple[str, ...]]:
     """What of a setting can be put in a model, and sentences on what cannot.
 
-    without_lugs : wheels that the model knows no grousers of. needs_lugs : kinds of effects that need them.
+    without_lugs : wheels that the model knows no grousers of. needs_lugs : kinds of effects that need them. foreign_soils : that the model
+    does not have.
     """
     kept, notes = [], []
+    foreign: dict[str, list[str]] = {}
     for term in setting:
         hypothesis = term.hypothesis
         if hypothesis.target_kind in ("load", "channel"):
             values = ", ".join(f"{name} {value:.4g}" for name, value in term.numbers.items())
             notes.append(f"{hypothesis.title} was found along with it ({values}); it is of the recording and is not put into the model")
+        elif hypothesis.target_kind == "soil" and hypothesis.target in foreign_soils:
+            foreign.setdefault(hypothesis.target, []).extend(f"{name} {value:.4g}" for name, value in term.numbers.items())
         elif hypothesis.kind in needs_lugs and (hypothesis.target in without_lugs or (hypothesis.target == "*" and without_lugs)):
             notes.append(
                 f"{hypothesis.title} cannot be put into the model, which knows no grousers of {', '.join(without_lugs)}; "
@@ -232,4 +238,9 @@ def applied(setting: Setting, without_lugs: Sequence[str], needs_lugs: Sequence[
             )
         else:
             kept.append(term)
+    notes += [
+        f"the model does not have the soil '{soil}', so that these numbers of it are not put there: {', '.join(values)}; write them into "
+        "[bench.soil_values] of the manifest"
+        for soil, values in foreign.items()
+    ]
     return tuple(kept), tuple(notes)

@@ -25,7 +25,9 @@ class RigSimulator(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchRig:
-    """recording : of kind points. conditions : of all its points, as recorded. wheel : its name; shape : its size. speed : [m/s]."""
+    """recording : of kind points. conditions : of all its points, as recorded. wheel : its name; shape : its size. speed : [m/s].
+    own_soil : whether the soil is the model's, so that a diagnosis can be put into it.
+    """
 
     recording: Recording
     conditions: BenchPoints
@@ -34,6 +36,7 @@ class BenchRig:
     soil: Soil
     speed: float
     run: RigSimulator
+    own_soil: bool = True
 
     @property
     def load_error(self) -> float:
