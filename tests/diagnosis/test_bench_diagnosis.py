@@ -222,3 +222,11 @@ def test_numbers_of_a_soil_that_the_model_lacks_are_told_but_not_put_there():
     assert made.setting == ()
     (note,) = (note for note in made.notes if "soil_values" in note)
     assert "friction_angle 0." in note
+
+
+def test_what_cannot_be_known_moves_no_number():
+    """Fewer points than the soil has numbers: a fit is made, and not offered to `rille apply`."""
+    at_will = {"sinkage": lambda value: 0.01 + 0.02 * np.random.default_rng(0).random(len(value))}
+    made = diagnosed(few_points((), known=False, channels=("sinkage",), shift=at_will))
+    assert made.verdict == "cannot_know"
+    assert made.setting == ()

@@ -122,7 +122,8 @@ def diagnose_bench(
         terms = soil_terms(found.best.whole, len(evidence.labels))
         ranked, groups = (_soil_row(found, terms),), ()
     foreign = [rig.soil.name for rig in rigs if not rig.own_soil]
-    setting, notes = applied(plain(_moved(found.best.whole.setting)), _smooth(rigs), _needing(kinds), foreign)
+    told = found.best.whole.setting if verdict != "cannot_know" else ()
+    setting, notes = applied(plain(_moved(told)), _smooth(rigs), _needing(kinds), foreign)
     on_progress("proof", 0.92)
     proven: Proof | None = stage("proof", lambda: _proof(evidence, rigs, found, held_out))
     on_progress("planning the next points", 0.96)

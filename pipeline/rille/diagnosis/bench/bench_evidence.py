@@ -144,9 +144,9 @@ def gather_bench(rigs: Sequence[BenchRig]) -> BenchEvidence:
                     drafts.append((k, here, find_scatter(here, simulated, points, groups, curves)))
         pieces.extend(_pieces(k, rigs, points, curves, groups, values))
     if not drafts:
-        raise InputRefused(
-            f"recording '{rigs[0].recording.name}' has no observed channel that the bench gives; it gives {', '.join(RESPONSES)}"
-        )
+        name, flagged = rigs[0].recording.name, [c.name for rig in rigs for c in rig.recording.with_role("observed")]
+        why = f"the data gate flags {', '.join(flagged)}" if flagged else "it has no observed channel"
+        raise InputRefused(f"recording '{name}' has nothing to judge the bench by: {why}; the bench gives {', '.join(RESPONSES)}")
     return _evidence(tuple(rigs), tuple(known), drafts, pieces)
 
 
