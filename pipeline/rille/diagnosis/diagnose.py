@@ -11,7 +11,7 @@ from rille.diagnosis.answer.data_problems import data_problems
 from rille.diagnosis.answer.limits import limits
 from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
-from rille.diagnosis.answer.prove import prove
+from rille.diagnosis.answer.prove import carries_over, prove
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.comparison.difference import find_difference
@@ -39,6 +39,8 @@ Noise = dict[str, tuple[float, str]]
 MOST_ENDED = 0.5  # share of the windows that may end early
 UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
+NAMED = ("named", "group", "parameter", "sensor_fault")
+NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
 
@@ -132,6 +134,8 @@ def _diagnosed(
                 simulators, parts, setting, noise=noise, window=_length(options), terms=found.terms, base=base, on_progress=told
             ),
         )
+    if proof is not None and found.verdict in NAMED and not carries_over(proof):
+        found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return _answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict)
 

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[int, int, str], None] | None
 FLOOR = 1.0  # [sigma] root mean square of noise
 LEAST = 4  # blocks of windows that an interval needs
+LEAST_GAP, PLAIN = 0.7, 1.2  # that an answer closes at least, where what was held out is so far beyond the noise [sigma]
 BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
 
 
@@ -146,6 +147,13 @@ def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelF
         for c in after.channels
         if c.channel.name in old
     ]
+
+
+def carries_over(proof: Proof) -> bool:
+    """Whether the answer may hold for what it was not fitted to. Not where that is plainly beyond the noise, and stays so: the share that
+    is left is surely more than the catalogue may leave unnamed.
+    """
+    return not (proof.before > PLAIN and proof.high < LEAST_GAP)
 
 
 def _rms(values: Array) -> float:
