@@ -9,10 +9,12 @@ from machines import chain
 from recorded import record
 from rille import simulate
 from rille.diagnosis.comparison.compare import compare_windows
+from rille.diagnosis.evidence import evidence_part
 from rille.diagnosis.evidence.evidence_part import gather_part
 from rille.diagnosis.hypotheses.sensor_faults import true_instants
 from rille.diagnosis.starts.noise_floor import shared_noise
-from rille.diagnosis.starts.step_error import step_error
+from rille.diagnosis.starts.start_fit import Samples
+from rille.diagnosis.starts.step_error import jumps, step_error
 from rille.diagnosis.starts.windows import cut
 from rille.model import Command, Drive, Scenario
 from rille.model.hypothesis import FreeNumber, Hypothesis
@@ -94,3 +96,41 @@ def test_windows_in_which_a_body_points_straight_up_are_left_out():
     assert parts.starts == pytest.approx([0.0, 1.0, 3.0, 4.0, 5.0])
     steep = [replace(c, value=np.full(len(time), 1.4)) if c.component == "pitch" else c for c in channels]
     assert len(cut(recording, steep, 1.0, 1e-3).starts) == 6
+
+
+class Slipping:
+    """Something that lets go after half a second if steps are coarse, and never if they are fine."""
+
+    own_step = 2e-3
+
+    def __init__(self, step):
+        self.step = step
+
+    def changed(self, step):
+        return Slipping(step)
+
+    def predict(self, states, stops, channels, picks):
+        return [(np.sin(time) + (time > 0.5) * (self.step > 1.5e-3))[None] for _, time in picks]
+
+
+def test_where_steps_disagree_by_a_jump_nothing_is_corrected():
+    """A jump of 1 against a noise of 0.01: no extrapolation in the step means anything there."""
+    time = np.linspace(0, 1, 21)
+    channel = Channel(name="angle", quantity="joint.position", target="wheel", unit="rad")
+    samples = [Samples(channel=channel, window=np.zeros(21, dtype=int), time=time, value=np.sin(time), noise=0.01)]
+    (out,) = jumps(Slipping(4e-3), np.zeros((1, 3)), np.ones(1), samples)
+    (error,) = step_error(Slipping(4e-3), np.zeros((1, 3)), np.ones(1), samples)
+    assert np.array_equal(out, time > 0.5)
+    assert not error.any()
+
+
+def test_samples_after_a_jump_are_no_evidence(make_model, monkeypatch):
+    path, run = servo(make_model)
+    whole = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
+    monkeypatch.setattr(evidence_part, "jumps", lambda model, states, stops, samples: tuple(s.time > 3.3 for s in samples))
+    part = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
+    assert part.samples[0].time.max() <= 3.3 < whole.samples[0].time.max()
+    (before,), (after,) = whole.residuals([()]), part.residuals([()])
+    assert len(after) == len(part.samples[0].time) == np.count_nonzero(whole.samples[0].time <= 3.3)
+    early = np.count_nonzero(whole.samples[0].time < 3.0)  # windows that keep all of theirs
+    assert np.allclose(after[:early], before[:early], atol=1e-6)

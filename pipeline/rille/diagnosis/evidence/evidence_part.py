@@ -18,7 +18,7 @@ from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import FARTHEST, Samples, fit_starts, residuals
 from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
-from rille.diagnosis.starts.step_error import finest, step_error, timing
+from rille.diagnosis.starts.step_error import finest, jumps, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
@@ -370,6 +370,10 @@ def gather_part(
 
     say = [c.name in heard for c in channels]
     fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None)
+    out = jumps(model, fit.states, parts.stops, samples) if corrected else ()
+    if any(o.any() for o in out):
+        samples = [replace(s, window=s.window[~o], time=s.time[~o], value=s.value[~o]) for s, o in zip(samples, out, strict=True)]
+        fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown)
     placed = fit.states, parts.stops, samples
     return Part(
         simulator=base,
