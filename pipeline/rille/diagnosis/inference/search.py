@@ -19,7 +19,7 @@ from rille.diagnosis.inference.found import Found, Standing, leftover_share, nam
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_tries, shared_moment
 from rille.diagnosis.inference.pairs import promising_pairs
-from rille.diagnosis.inference.rank import rank
+from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.screen import Screened, screen
 from rille.diagnosis.inference.settle import State, own_fit, same, settle
 from rille.model.diagnosis import Verdict
@@ -38,7 +38,7 @@ PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what the best fit keeps, for that
-GROSS, WHOLE_FAULTS = 10.0, 6  # chi-squared per degree where nothing fits, and the channels that are tried turned round then
+WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
 
 
