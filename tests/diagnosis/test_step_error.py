@@ -134,3 +134,6 @@ def test_samples_after_a_jump_are_no_evidence(make_model, monkeypatch):
     assert len(after) == len(part.samples[0].time) == np.count_nonzero(whole.samples[0].time <= 3.3)
     early = np.count_nonzero(whole.samples[0].time < 3.0)  # windows that keep all of theirs
     assert np.allclose(after[:early], before[:early], atol=1e-6)
+    monkeypatch.setattr(evidence_part, "jumps", lambda model, states, stops, samples: tuple(s.time > 2.2 for s in samples))
+    again = part.relinearised(())  # whatever jumps under another setting: the evidence stays the same
+    assert np.array_equal(again.samples[0].time, part.samples[0].time)

@@ -176,7 +176,8 @@ class Part:
         whole = self.whole or self
         noise = {c.name: (s.noise, source) for c, s, source in zip(whole.channels, whole.samples, whole.noise_from, strict=True)}
         recording = replace(whole.recording, channels=tuple(c for c in whole.recording.channels if c.role != "observed" or c.name in noise))
-        made = gather_part(whole.simulator, recording, window=whole.widest, noise=noise, assumed=setting, on_progress=on_progress)
+        like = {"window": whole.widest, "noise": noise, "kept": {s.channel.name: s.time for s in whole.samples}}
+        made = gather_part(whole.simulator, recording, assumed=setting, on_progress=on_progress, **like)
         return made if self.numbers is None else made.subset(self.numbers)
 
     def _models(self, settings: Sequence[Setting]) -> tuple[list[Any], list[int | None]]:
@@ -327,12 +328,14 @@ def gather_part(
     grid: float | None = None,
     most: int | None = None,
     corrected: bool = True,
+    kept: Mapping[str, Array] | None = None,
     on_progress: Progress = None,
 ) -> Part:
     """Windows of a recording with starts fitted under a setting.
 
     simulator : of the recording's scenario; it stays as it is. grid : [s], windows begin and end at whole multiples, None: its step.
     most : windows at most, spread over the recording. corrected : whether what the step does is found and taken off (``step_error``).
+    kept : of channels by name the instants (m,) [s] of the samples that take part; None: of all but those of ``jumps``.
 
     Raises
     ------
@@ -357,6 +360,8 @@ def gather_part(
     samples = [samples_of(c, noise[c.name][0], parts) for c in channels]
     channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
     samples = [s for s in samples if len(s.time)]
+    if kept is not None:
+        samples = [_some_of(s, np.isin(s.time, kept[s.channel.name])) for s in samples]
     watched = _Watched(model, faults)
     heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
 
@@ -370,9 +375,9 @@ def gather_part(
 
     say = [c.name in heard for c in channels]
     fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None)
-    out = jumps(model, fit.states, parts.stops, samples) if corrected else ()
+    out = jumps(model, fit.states, parts.stops, samples) if corrected and kept is None else ()
     if any(o.any() for o in out):
-        samples = [replace(s, window=s.window[~o], time=s.time[~o], value=s.value[~o]) for s, o in zip(samples, out, strict=True)]
+        samples = [_some_of(s, ~o) for s, o in zip(samples, out, strict=True)]
         fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown)
     placed = fit.states, parts.stops, samples
     return Part(
@@ -394,6 +399,10 @@ def gather_part(
         error=error(fit.states) if corrected else tuple(np.zeros(len(s.time)) for s in samples),
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
     )
+
+
+def _some_of(samples: Samples, chosen: NDArray[np.bool_]) -> Samples:
+    return replace(samples, window=samples.window[chosen], time=samples.time[chosen], value=samples.value[chosen])
 
 
 def _some(parts: Cut, most: int) -> Cut:
