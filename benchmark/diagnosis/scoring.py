@@ -9,10 +9,9 @@ from subjects import Subject, subject
 from trials import trial_named
 
 from rille.diagnosis.bench.bench_rig import LOG
-from rille.model.diagnosis import Diagnosis, RankedHypothesis
+from rille.model.diagnosis import NAMING, Diagnosis, RankedHypothesis
 from rille.model.hypothesis import Hypothesis, Term
 
-NAMING = ("named", "group", "parameter", "sensor_fault")
 CLASS_OF = {"none": "nothing_missing", "parameter": "parameter", "sensor": "sensor_fault"}  # verdict that says what it is
 # The same thing under other words: (cause, kind) of the truth -> kinds that say it too.
 SYNONYMS: Mapping[tuple[str, str], tuple[str, ...]] = {

@@ -5,8 +5,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from scoring import NAMING, median
+from scoring import median
 from trials import trial_named
+
+from rille.model.diagnosis import NAMING
 
 Line = dict
 CAUSES = {"effect": "missing effect", "parameter": "wrong number", "sensor": "sensor fault", "none": "nothing wrong"}

@@ -14,7 +14,7 @@ from rille.diagnosis.evidence.evidence_part import gather_part
 from rille.diagnosis.hypotheses.sensor_faults import true_instants
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.diagnosis.starts.start_fit import Samples
-from rille.diagnosis.starts.step_error import jumps, step_error
+from rille.diagnosis.starts.step_error import step_error
 from rille.diagnosis.starts.windows import cut
 from rille.model import Command, Drive, Scenario
 from rille.model.hypothesis import FreeNumber, Hypothesis
@@ -46,7 +46,7 @@ def test_what_a_step_does_is_taken_off(make_model):
     picks = [(s.window, s.time) for s in samples]
     channels = [s.channel for s in samples]
     rough, fine = (part.simulator.changed(step=h).predict(states[None], stops, channels, picks)[0][0] for h in (4e-3, 4e-3 / 16))
-    (error,) = step_error(part.simulator, states, stops, samples)
+    (error,), _ = step_error(part.simulator, states, stops, samples)
     before, after = np.sqrt(np.mean((rough - fine) ** 2)), np.sqrt(np.mean((rough - error - fine) ** 2))
     assert before > 3e-4
     assert after < 0.12 * before
@@ -118,8 +118,7 @@ def test_where_steps_disagree_by_a_jump_nothing_is_corrected():
     time = np.linspace(0, 1, 21)
     channel = Channel(name="angle", quantity="joint.position", target="wheel", unit="rad")
     samples = [Samples(channel=channel, window=np.zeros(21, dtype=int), time=time, value=np.sin(time), noise=0.01)]
-    (out,) = jumps(Slipping(4e-3), np.zeros((1, 3)), np.ones(1), samples)
-    (error,) = step_error(Slipping(4e-3), np.zeros((1, 3)), np.ones(1), samples)
+    (error,), (out,) = step_error(Slipping(4e-3), np.zeros((1, 3)), np.ones(1), samples)
     assert np.array_equal(out, time > 0.5)
     assert not error.any()
 
@@ -127,13 +126,20 @@ def test_where_steps_disagree_by_a_jump_nothing_is_corrected():
 def test_samples_after_a_jump_are_no_evidence(make_model, monkeypatch):
     path, run = servo(make_model)
     whole = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
-    monkeypatch.setattr(evidence_part, "jumps", lambda model, states, stops, samples: tuple(s.time > 3.3 for s in samples))
+
+    def jumping_from(begin):
+        def errors(model, states, stops, samples):
+            return step_error(model, states, stops, samples)[0], tuple(s.time > begin for s in samples)
+
+        return errors
+
+    monkeypatch.setattr(evidence_part, "step_error", jumping_from(3.3))
     part = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
     assert part.samples[0].time.max() <= 3.3 < whole.samples[0].time.max()
     (before,), (after,) = whole.residuals([()]), part.residuals([()])
     assert len(after) == len(part.samples[0].time) == np.count_nonzero(whole.samples[0].time <= 3.3)
     early = np.count_nonzero(whole.samples[0].time < 3.0)  # windows that keep all of theirs
     assert np.allclose(after[:early], before[:early], atol=1e-6)
-    monkeypatch.setattr(evidence_part, "jumps", lambda model, states, stops, samples: tuple(s.time > 2.2 for s in samples))
+    monkeypatch.setattr(evidence_part, "step_error", jumping_from(2.2))
     again = part.relinearised(())  # whatever jumps under another setting: the evidence stays the same
     assert np.array_equal(again.samples[0].time, part.samples[0].time)

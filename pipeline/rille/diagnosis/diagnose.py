@@ -30,7 +30,7 @@ from rille.diagnosis.staged import Progress, Stage, Staged, Told, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
-from rille.model.diagnosis import Diagnosis, Experiment, Location, Proof, Verdict
+from rille.model.diagnosis import NAMING, Diagnosis, Experiment, Location, Proof, Verdict
 from rille.model.difference import Difference
 from rille.model.machine import Machine
 from rille.model.recording import Recording
@@ -39,7 +39,6 @@ Noise = dict[str, tuple[float, str]]
 MOST_ENDED = 0.5  # share of the windows that may end early
 UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
-NAMED = ("named", "group", "parameter", "sensor_fault")
 NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
@@ -134,7 +133,7 @@ def _diagnosed(
                 simulators, parts, setting, noise=noise, window=_length(options), terms=found.terms, base=base, on_progress=told
             ),
         )
-    if proof is not None and found.verdict in NAMED and not carries_over(proof):
+    if proof is not None and found.verdict in NAMING and not carries_over(proof):
         found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return _answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict)

@@ -16,6 +16,7 @@ VERDICTS: dict[Verdict, str] = {
     "unknown": "something is missing that the catalogue has no name for",
     "cannot_know": "these recordings cannot tell",
 }
+NAMING: tuple[Verdict, ...] = ("named", "group", "parameter", "sensor_fault")  # verdicts that give a name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,5 +1,6 @@
 """What may be wrong: a physical effect that the model lacks, a number that it has wrong, a sensor that lies. Values only."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
@@ -81,6 +82,16 @@ class Term:
     def numbers(self) -> dict[str, float]:
         """All numbers by name, the fixed ones too."""
         return dict(self.hypothesis.fixed) | {n.name: v for n, v in zip(self.hypothesis.free, self.values, strict=True)}
+
+    @property
+    def moment(self) -> tuple[float, float] | None:
+        """Begin and end [s] of the time in which it acts; None: at all times."""
+        numbers = self.numbers
+        begin = [numbers[n.name] for n in self.hypothesis.free if n.search == "time"]
+        if not begin:
+            return None
+        length = [numbers[n.name] for n in self.hypothesis.free if n.search == "scale" and n.unit == "s"]
+        return min(begin), max(begin) + sum(length) if length else math.inf
 
     @property
     def is_far_fetched(self) -> bool:

@@ -8,6 +8,8 @@
 namespace rille {
 namespace {
 
+constexpr int kPool = 16;  // manifolds and algorithms held ready; Bullet allocates more by itself
+
 btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -76,10 +78,18 @@ struct Gather final : btDbvt::ICollide {
   void Process(const btDbvtNode* leaf) override { found.push_back(leaf->dataAsInt); }
 };
 
+// One pair of solids is looked at at a time. Bullet's own pools of 4096 manifolds, 9 MB, would be most of the time of making a simulation.
+btDefaultCollisionConstructionInfo small_pools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = kPool;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = kPool;
+  return info;
+}
+
 }  // namespace
 
 struct Collision::Impl {
-  btDefaultCollisionConfiguration configuration;
+  btDefaultCollisionConfiguration configuration{small_pools()};
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btCollisionWorld world{&dispatcher, &broadphase, &configuration};

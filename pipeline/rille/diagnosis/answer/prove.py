@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.diagnosis.comparison.block_errors import DRAWS
+from rille.diagnosis.comparison.pooled import root_mean_square
 from rille.diagnosis.evidence.applied import Simulators
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.held_out import Parts
@@ -133,19 +134,19 @@ def _without(evidence: ReplayEvidence, setting: Setting, number: int, terms: Seq
 
 
 def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelFit]:
-    old = {c.channel.name: c for c in before.channels if not c.left_out}
+    old = {c.channel.name: c for c in before.channels if not c.left_out and len(c.residual)}
     return [
         ChannelFit(
             recording=after.recording,
             channel=c.channel.name,
             held_out=held_out,
             unit=c.channel.unit,
-            rms_before=_rms(old[c.channel.name].residual),
-            rms_after=_rms(c.residual),
+            rms_before=root_mean_square(old[c.channel.name].residual),
+            rms_after=root_mean_square(c.residual),
             floor=c.noise,
         )
         for c in after.channels
-        if c.channel.name in old
+        if c.channel.name in old and len(c.residual)
     ]
 
 
@@ -154,7 +155,3 @@ def carries_over(proof: Proof) -> bool:
     is left is surely more than the catalogue may leave unnamed.
     """
     return not (proof.before > PLAIN and proof.high < LEAST_GAP)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")

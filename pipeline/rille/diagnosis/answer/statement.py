@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from rille.model.diagnosis import Estimate, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
 
 MOST_NAMES = 4
-WHY, WHETHER = "cannot tell why", "cannot tell whether the model differs from them"
 
 
 def statement(
@@ -69,7 +68,9 @@ def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedH
         return "nothing is missing: the model reproduces these recordings to their noise"
     if verdict == "cannot_know":
         differs = any(target.differs for target in location.targets)
-        return f"the model differs from these recordings, but they {WHY}" if differs else f"these recordings {WHETHER}"
+        if differs:
+            return "the model differs from these recordings, but they cannot tell why"
+        return "these recordings cannot tell whether the model differs from them"
     if verdict == "sensor_fault":
         return f"the model is not to blame, a sensor is: {named}{sure}{explained}"
     if verdict == "parameter":

@@ -11,6 +11,7 @@ from rille.diagnosis.bench.bench_evidence import BenchEvidence
 from rille.diagnosis.bench.bench_hypotheses import unit_of_soil
 from rille.diagnosis.bench.bench_rig import LOG
 from rille.diagnosis.bench.bench_search import BenchFound, Rival, Round, without
+from rille.diagnosis.comparison.pooled import root_mean_square
 from rille.diagnosis.evidence.evidence import Array, Whole
 from rille.diagnosis.inference.found import named_terms
 from rille.diagnosis.inference.weights import probabilities
@@ -121,7 +122,7 @@ def _row(one: Round, k: int, probability: float, evidence: BenchEvidence, kinds:
     if k not in one.group:
         loses = (
             f"predicts points left out {one.behind[k]:.1f} +- {one.behind_error[k]:.1f} nats worse than {one.rivals[0].title}: "
-            f"RMS {_rms(rival.held_out):.2f} against {_rms(one.rivals[0].held_out):.2f} times the noise"
+            f"RMS {root_mean_square(rival.held_out):.2f} against {root_mean_square(one.rivals[0].held_out):.2f} times the noise"
         )
     elif k > 0:
         loses = (
@@ -149,13 +150,9 @@ def _likeness(one: Round) -> float:
     return max(float(first @ c / max(np.linalg.norm(first) * np.linalg.norm(c), 1e-12)) for c in changes[1:])
 
 
-def _rms(residual: Array) -> float:
-    return float(np.sqrt(np.mean(residual**2)))
-
-
 def gap_closed(before: Array, after: Array) -> float:
     """G = (R0 - R1)/(R0 - 1) of residuals in sigmas."""
-    first, second = _rms(before), _rms(after)
+    first, second = root_mean_square(before), root_mean_square(after)
     return (first - second) / (first - 1) if first > 1 else 0.0
 
 
@@ -178,8 +175,8 @@ def proof(
                 channel=p.channel.name,
                 held_out=True,
                 unit=p.channel.unit,
-                rms_before=sigma * _rms(before[p.place]),
-                rms_after=sigma * _rms(after[p.place]),
+                rms_before=sigma * root_mean_square(before[p.place]),
+                rms_after=sigma * root_mean_square(after[p.place]),
                 floor=sigma,
             )
         )
@@ -187,8 +184,8 @@ def proof(
         gap_closed=whole,
         low=whole - reach,
         high=min(whole + reach, 1.0),
-        before=_rms(before),
-        after=_rms(after),
+        before=root_mean_square(before),
+        after=root_mean_square(after),
         floor=1.0,
         held_out=how,
         channels=tuple(rows),

@@ -69,7 +69,7 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
     heard = [s for s in samples if s.channel.name in names]
 
     def error(states: Array, of: Sequence[Samples] = heard) -> tuple[Array, ...]:
-        return step_error(simulator, states, parts.stops, of)
+        return step_error(simulator, states, parts.stops, of)[0]
 
     short = window is not None  # errors of a whole run are not those of its steps
     fit = fit_starts(simulator, starts, parts.stops, heard, on_progress, error=error if short else None)

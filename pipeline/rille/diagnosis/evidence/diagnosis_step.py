@@ -42,7 +42,7 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
     fine = part.simulator.changed(step=simulator.step)
     own = [a[0] for a in fine.predict(part.states[None], part.last, bare, picks)]
     number = part.ordered([np.full(len(s.time), k) for k, s in enumerate(part.samples)])
-    place = number * len(part.first) + part.ordered([s.window for s in part.samples])
+    place = number * len(part.first) + part.window
     interval = min(float(np.median(np.diff(c.time))) for c in recording.with_role("observed") if len(c.time) > 2)
     for multiple in MULTIPLES:
         if multiple * simulator.step > RESOLVED * interval:
@@ -54,7 +54,7 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
         if not np.isfinite(change[there]).all():
             continue
         coarse = replace(part, timing=tuple(multiple * simulator.step / finest(simulator) * timing for timing in part.timing))
-        metric = Metric(part.ordered([s.window for s in part.samples]), coarse.start_gain)
+        metric = Metric(part.window, coarse.start_gain)
         power = metric.whitened(np.where(there, change, 0.0)[None])[0] ** 2
         size = len(part.first) * len(part.samples)
         means = np.bincount(place, power, size) / np.maximum(np.bincount(place, minlength=size), 1)

@@ -18,7 +18,7 @@ from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import FARTHEST, Samples, fit_starts, residuals
 from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
-from rille.diagnosis.starts.step_error import finest, jumps, step_error, timing
+from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
@@ -87,6 +87,11 @@ class Part:
         """(m,) places of samples, channel after channel, in the order of evidence: by window, then channel, then time."""
         return np.argsort(np.concatenate([s.window for s in self.samples]), kind="stable")
 
+    @cached_property
+    def window(self) -> Whole:
+        """(m,) windows of the samples, in the order of evidence: ascending."""
+        return self.ordered([s.window for s in self.samples])
+
     def ordered(self, blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
         """Blocks (..., m) of the channels as one, in the order of evidence."""
         return np.concatenate(blocks, axis=-1)[..., self.order]
@@ -139,6 +144,17 @@ class Part:
             whole=self.whole or self,
             numbers=windows if self.numbers is None else self.numbers[windows],
         )
+
+    def only(self, windows: Whole) -> "Part":
+        """``subset``, kept: the same few windows are asked for again and again."""
+        key = windows.tobytes()
+        if key not in self._subsets:
+            self._subsets[key] = self.subset(windows)
+        return self._subsets[key]
+
+    @cached_property
+    def _subsets(self) -> dict[bytes, "Part"]:
+        return {}
 
     def with_noise(self, sigma: Mapping[str, float]) -> "Part":
         """With the noise [unit] of channels by name in place of its own."""
@@ -303,8 +319,7 @@ class Part:
     def _start_solvers(self) -> list[tuple[int, int, Array, Array]]:
         """Of each window its samples, D of its start, and (D^T D + 1)^-1."""
         gain = self.start_gain[:, : len(self.columns)]
-        window = self.ordered([s.window for s in self.samples])
-        edges = np.searchsorted(window, np.arange(len(self.first) + 1))
+        edges = np.searchsorted(self.window, np.arange(len(self.first) + 1))
         spans = [(int(a), int(b), gain[a:b]) for a, b in pairwise(edges)]
         return [(a, b, d, np.asarray(np.linalg.inv(d.T @ d + np.eye(d.shape[1])), dtype=float)) for a, b, d in spans]
 
@@ -335,7 +350,7 @@ def gather_part(
 
     simulator : of the recording's scenario; it stays as it is. grid : [s], windows begin and end at whole multiples, None: its step.
     most : windows at most, spread over the recording. corrected : whether what the step does is found and taken off (``step_error``).
-    kept : of channels by name the instants (m,) [s] of the samples that take part; None: of all but those of ``jumps``.
+    kept : of channels by name the instants (m,) [s] of the samples that take part; None: of all but those at jumps.
 
     Raises
     ------
@@ -365,20 +380,20 @@ def gather_part(
     watched = _Watched(model, faults)
     heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
 
-    def error(states: Array) -> tuple[Array, ...]:
-        return step_error(model, states, parts.stops, samples)
-
     def shown(states: Array) -> list[Array]:
         """What of the error the faulty sensors show."""
-        both = zip(samples, error(states), strict=True)
+        both = zip(samples, step_error(model, states, parts.stops, samples)[0], strict=True)
         return [said(faults, s.channel, s.value + e, s.time) - said(faults, s.channel, s.value, s.time) for s, e in both]
 
     say = [c.name in heard for c in channels]
     fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None)
-    out = jumps(model, fit.states, parts.stops, samples) if corrected and kept is None else ()
-    if any(o.any() for o in out):
-        samples = [_some_of(s, ~o) for s, o in zip(samples, out, strict=True)]
-        fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown)
+    error = tuple(np.zeros(len(s.time)) for s in samples)
+    if corrected:
+        error, jumps = step_error(model, fit.states, parts.stops, samples)
+        if kept is None and any(jump.any() for jump in jumps):
+            samples = [_some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
+            fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown)
+            error, _ = step_error(model, fit.states, parts.stops, samples)
     placed = fit.states, parts.stops, samples
     return Part(
         simulator=base,
@@ -396,7 +411,7 @@ def gather_part(
         samples=tuple(samples),
         slopes=tuple(fit.slopes),
         noise_from=tuple(noise[c.name][1] for c in channels),
-        error=error(fit.states) if corrected else tuple(np.zeros(len(s.time)) for s in samples),
+        error=error,
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
     )
 

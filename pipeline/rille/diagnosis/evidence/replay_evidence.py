@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rille.diagnosis.evidence.applied import Simulators, of_scenario
 from rille.diagnosis.evidence.evidence_part import Part, gather_part, innovation_noise
+from rille.diagnosis.evidence.momentary import residuals
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model.hypothesis import Setting
 from rille.model.recording import Channel, Recording
@@ -74,9 +75,7 @@ class ReplayEvidence:
         self.stops: Array = np.concatenate([part.last for part in self.parts])
         self.run: Whole = np.repeat(np.arange(len(self.parts)), [len(part.first) for part in self.parts])
         firsts = np.cumsum([0, *(len(part.first) for part in self.parts)])
-        self.window: Whole = np.concatenate(
-            [p.ordered([s.window for s in p.samples]) + f for p, f in zip(self.parts, firsts, strict=False)]
-        )
+        self.window: Whole = np.concatenate([p.window + f for p, f in zip(self.parts, firsts, strict=False)])
         self.time: Array = np.concatenate([part.ordered([s.time for s in part.samples]) for part in self.parts])
         self.sigma: Array = np.concatenate([p.ordered([np.full(len(s.time), s.noise) for s in p.samples]) for p in self.parts])
         place = {_key(channel): k for k, channel in enumerate(self.channels)}
@@ -100,7 +99,7 @@ class ReplayEvidence:
 
     def residuals(self, settings: Sequence[Setting]) -> Array:
         """(k, N) as ``Evidence`` says. A setting that the model refuses (a value out of its bounds) is a row of NaN."""
-        return np.concatenate([part.residuals(settings) for part in self.parts], axis=1)
+        return np.concatenate([residuals(part, settings) for part in self.parts], axis=1)
 
     def relinearised(self, setting: Setting, on_progress: Progress = None) -> "ReplayEvidence":
         """The same windows and noise with starts fitted under a setting."""

@@ -5,10 +5,11 @@ over. But errors of the start grow, too; where the motion is violent, soon in no
 Nor do long windows of a model that is far off: they end in states that the machine never saw.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.evidence_part import Part, gather_part
@@ -16,6 +17,7 @@ from rille.diagnosis.starts.start_fit import residuals
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.model.recording import Recording
 
+Array = NDArray[np.float64]
 LENGTHS = (4.0, 3.0, 2.0, 1.5, 1.0, 0.7, 0.5)  # [s] that are tried, longest first; the last one is taken where none is good
 WINDOWS = 5  # that are tried
 LEAST = 8  # windows that the recordings must have
@@ -42,33 +44,34 @@ def window_length(simulator: Any, recording: Recording, *, duration: float, nois
         if duration < LEAST * length:
             continue
         part = gather_part(simulator, recording, window=length, noise=noise, most=WINDOWS, corrected=False)
-        if bend(part) < BENT and misfit(part) < FAR_OFF:
+        answers = _answers(part, part.states)
+        if _bend(part, answers) < BENT and _misfit(part, answers) < FAR_OFF:
             return length
     return LENGTHS[-1]
 
 
-def misfit(part: Part) -> float:
-    """Root mean square [noise] of what the starts cannot explain."""
+def _answers(part: Part, states: Array) -> list[Array]:
+    """Of each channel (m,) what is simulated from states (n_windows, n)."""
     picks = [(s.window, s.time) for s in part.samples]
-    answers = part.simulator.predict(part.states[None], part.last, [s.channel for s in part.samples], picks)
-    off = [np.nan_to_num(residuals(s, answer[0]) / s.noise, nan=MOST) for s, answer in zip(part.samples, answers, strict=True)]
-    metric = Metric(part.ordered([s.window for s in part.samples]), part.start_gain)
+    return [answer[0] for answer in part.simulator.predict(states[None], part.last, [s.channel for s in part.samples], picks)]
+
+
+def _misfit(part: Part, answers: Sequence[Array]) -> float:
+    """Root mean square [noise] of what the starts cannot explain."""
+    off = [np.nan_to_num(residuals(s, answer) / s.noise, nan=MOST) for s, answer in zip(part.samples, answers, strict=True)]
+    metric = Metric(part.window, part.start_gain)
     left = metric.whitened(np.clip(part.ordered(off), -MOST, MOST)[None])[0]
     return float(np.sqrt(np.mean(left**2)))
 
 
-def bend(part: Part) -> float:
+def _bend(part: Part, answers: Sequence[Array]) -> float:
     """Root mean square [sigma], in three of four windows, of what samples do beyond D z, for starts z drawn as the data leave them open.
 
     Whitened: what another start or another moment could do as well does not count.
     """
     rng = np.random.default_rng(0)
-    window = part.ordered([s.window for s in part.samples])
-    metric = Metric(window, part.start_gain)
+    metric = Metric(part.window, part.start_gain)
     gain = part.start_gain[:, : len(part.columns)]
-    bare, picks = [s.channel for s in part.samples], [(s.window, s.time) for s in part.samples]
-    model = part.simulator
-    before = model.predict(part.states[None], part.last, bare, picks)
     bent = np.zeros(metric.n_windows)
     for _ in range(DRAWS):
         standard = np.zeros_like(part.standard)
@@ -78,10 +81,9 @@ def bend(part: Part) -> float:
             for (coordinate, order), value in zip(part.columns, spread @ rng.normal(size=d.shape[1]), strict=True):
                 standard[k, coordinate, order] = value
         states = moved(part.states, part.starts.coordinates, part.starts.change(standard))
-        after = model.predict(states[None], part.last, bare, picks)
         blocks = []
-        for s, slopes, one, other in zip(part.samples, part.slopes, before, after, strict=True):
-            change = (residuals(s, one[0]) - residuals(s, other[0])) / s.noise
+        for s, slopes, one, other in zip(part.samples, part.slopes, answers, _answers(part, states), strict=True):
+            change = (residuals(s, one) - residuals(s, other)) / s.noise
             linear = sum(slopes[k] * standard[s.window, c, order] for k, (c, order) in enumerate(part.columns))
             blocks.append(np.clip(np.nan_to_num(change - linear, nan=1e3), -1e3, 1e3))
         left = metric.whitened(part.ordered(blocks)[None])[0]

@@ -19,11 +19,8 @@ from rille.model.diagnosis import Estimate
 from rille.model.hypothesis import Setting
 
 ITERATIONS = 10
-TRIALS = (
-    ((1.0, 0.4), ()),
-    ((0.12, 0.03), ()),
-    ((), (1.0, 10.0, 100.0)),
-)  # lengths and dampings (Marquardt 1963) of a step, until one helps
+# Lengths and dampings (Marquardt 1963) of a step that are tried together, one row after the other until one helps.
+TRIALS = (((1.0, 0.4), ()), ((0.12, 0.03), ()), ((), (1.0, 10.0, 100.0)))
 CONVERGED = 0.05  # [nats] expected gain below which a fit has arrived
 CHANGE = 0.03  # of a number's size, for its derivative at first
 LEAST_CHANGE, MOST_CHANGE = 0.003, 0.1  # of an amplitude's size

@@ -24,30 +24,25 @@ def finest(simulator: Any) -> float:
     return float(min(simulator.own_step, simulator.step)) / FINER
 
 
-def step_error(coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
-    """Of each channel (m,) [unit] the error of the predictions of a simulator; 0 where a run ended, and at jumps.
+def step_error(
+    coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]
+) -> tuple[tuple[Array, ...], tuple[NDArray[np.bool_], ...]]:
+    """Errors of the predictions of a simulator, and where there are jumps in time.
 
     states (n_windows, n), stops (n_windows,) [s] : of the windows.
+
+    Returns
+    -------
+    Of each channel (m,) [unit] the error, 0 where a run ended, and at jumps; and (m,) whether a sample is of a jump, of which no step says
+    what is right: a wheel that loses its hold sooner or later.
     """
-    factor, changes = _changes(coarse, states, stops, samples)
-    return tuple(np.where(np.abs(c) < MOST * s.noise, factor * c, 0.0) for s, c in zip(samples, changes, strict=True))
-
-
-def jumps(coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[NDArray[np.bool_], ...]:
-    """Of each channel (m,) whether a sample is of a jump in time, of which no step says what is right: a wheel that loses its hold sooner
-    or later.
-    """
-    _, changes = _changes(coarse, states, stops, samples)
-    return tuple(np.abs(c) >= MOST * s.noise for s, c in zip(samples, changes, strict=True))
-
-
-def _changes(coarse: Any, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[float, list[Array]]:
-    """Factor from the change to the error, and of each channel (m,) what the finer step changes."""
     fine = coarse.changed(step=finest(coarse))
     bare, picks = [s.channel for s in samples], [(s.window, s.time) for s in samples]
     both = (one.predict(states[None], stops, bare, picks) for one in (coarse, fine))
     changes = [np.nan_to_num(between(s, rough[0], smooth[0])) for s, rough, smooth in zip(samples, *both, strict=True)]
-    return coarse.step / (coarse.step - fine.step), changes
+    factor = coarse.step / (coarse.step - fine.step)
+    jumps = tuple(np.abs(c) >= MOST * s.noise for s, c in zip(samples, changes, strict=True))
+    return tuple(np.where(jump, 0.0, factor * c) for c, jump in zip(changes, jumps, strict=True)), jumps
 
 
 def timing(predict: Callable[..., list[Array]], half: float, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
