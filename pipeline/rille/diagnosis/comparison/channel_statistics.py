@@ -112,7 +112,7 @@ def _p_window(z: Array, degrees: Array, window: NDArray[np.int64], pooled: Poole
     second, fourth = np.bincount(window, z**2)[some], np.bincount(window, z**4)[some]
     freedom = np.bincount(window, degrees)[some]
     kurtosis = float(np.median(count[some] * fourth / np.maximum(second**2, 1e-300)))
-    worth = freedom * min(1.0, 2 / max(kurtosis - 1, 1e-3))
+    worth = np.asarray(freedom * min(1.0, 2 / max(kurtosis - 1, 1e-3)), dtype=float)
     return float(min(1.0, np.min(_p_of_ratio(second / freedom / allowance**2, worth, pooled.noise_degrees)) * len(worth)))
 
 

@@ -37,9 +37,9 @@ def residuals(part: Part, settings: Sequence[Setting]) -> Array:
             groups.setdefault(touched[k].tobytes(), []).append(k)
     for members in groups.values():
         windows = np.flatnonzero(touched[members[0]])
-        here = np.isin(part.window, windows)
+        here = np.flatnonzero(np.isin(part.window, windows))
         there = part.only(windows).residuals([settings[k] for k in members])
-        found[np.ix_(members, here)] = there
+        found[np.array(members)[:, None], here] = there
         refused = np.isnan(there).any(axis=1)
         found[np.array(members)[refused]] = np.nan
     return found

@@ -22,8 +22,8 @@ FARTHEST = 1e4  # [sigma] larger residuals count as this
 class Judge:
     """Evidence with its metric and the setting that others are compared with.
 
-    base (N,) : whitened residual of ``on_top``. chi2, degrees : sums over windows; ``floor`` is the chi-squared per degree that noise
-    alone gives. ``replays`` : settings that were run so far.
+    raw, base (N,) : residual of ``on_top``, and the same whitened. chi2, degrees : sums over windows; ``floor`` is the chi-squared per
+    degree that noise alone gives. ``replays`` : settings that were run so far.
     """
 
     def __init__(self, evidence: Evidence, on_top: Setting = (), *, floor: float = 1.0) -> None:
@@ -34,9 +34,9 @@ class Judge:
         self.window_degrees = self.metric.degrees
         self.degrees = float(np.sum(self.window_degrees))
         self.replays = 1
-        self._raw = np.clip(np.nan_to_num(evidence.residuals([on_top])[0], nan=FARTHEST), -FARTHEST, FARTHEST)
-        self._penalty = np.where(self._raw == ENDED, ENDED, np.maximum(ENDED, 2.0 * np.abs(self._raw)))
-        self.base = self.metric.whitened(self._raw[None])[0]
+        self.raw = np.clip(np.nan_to_num(evidence.residuals([on_top])[0], nan=FARTHEST), -FARTHEST, FARTHEST)
+        self._penalty = np.where(self.raw == ENDED, ENDED, np.maximum(ENDED, 2.0 * np.abs(self.raw)))
+        self.base = self.metric.whitened(self.raw[None])[0]
         self.chi2 = float(self.base @ self.base)
 
     def per_channel(self, values: Array) -> Array:

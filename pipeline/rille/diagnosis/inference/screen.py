@@ -14,8 +14,10 @@ import numpy as np
 
 from rille.diagnosis.evidence.evidence import Array, Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries, Values, quadrature, shape_tries
+from rille.diagnosis.inference.accept import loud_channels
 from rille.diagnosis.inference.bounded_squares import bounded_minimum
 from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together
+from rille.diagnosis.inference.reach import may_show, within_reach
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
 
 ROUNDS = 7  # of finding the size of a trial
@@ -27,9 +29,12 @@ STUBBORN, MINUTE = 0.5, 0.01  # share of a change that is still there after a sm
 PROMISING = 0.01  # share of the excess that must be expected for a hypothesis to be run in all windows
 LITTLE = 0.05  # of the degrees of freedom, that count as excess at least: the noise may be overstated
 LEAST_DROP = 4.0  # of chi-squared, for the same
+STEEP = 4.0  # times what a change in proportion to the step would be, that tell a threshold
+WORTH_A_SCAN = 0.05  # share of the excess that must be promised for a broken promise to be looked into
 KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
 CORRECTIONS = 3
-PART, FEW_WINDOWS = 8, (6, 24)  # one of so many windows is looked at first, but at least, and at most, so many
+PART, FEW_WINDOWS = 8, (4, 24)  # one of so many windows is looked at first, but at least, and at most, so many
+FEW_SECONDS = 4.0  # [s] that these windows last together, at least
 BEST_SHAPES = 2
 BETWEEN = 9  # values between the neighbours of the best one that was tried
 SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
@@ -88,11 +93,17 @@ class _Trial:
     strong: float = 0.0  # smallest step that was too large
     drowned: float = 0.0  # size of the change that it made
     leaps: int = 0  # times that it was too small
+    faint: float = 0.0  # size of the change that the step ``weak`` made
     jumps: bool = False  # the law sets in at once: it does as much however small the step is
 
     @property
     def values(self) -> Values:
         return self.shape | {self.number.name: self.number.absent + self.step}
+
+    @property
+    def sets_in(self) -> bool:
+        """Whether the law acts beyond a threshold: it does far more than in proportion to a smaller step, or as much as a larger one."""
+        return self.jumps or (self.weak > 0 and self.size > STEEP * self.faint * (self.step / self.weak) ** 2)
 
 
 def screen(
@@ -110,22 +121,32 @@ def screen(
     if there is one already.
     """
     judge = judge or Judge(evidence, on_top)
+    hypotheses = within_reach(judge, hypotheses, least_promise(judge))
     beyond = judge.per_window(judge.base**2) - judge.floor * judge.window_degrees
     worst = np.argsort(-beyond, kind="stable")
     times = [float(evidence.starts[w]) for w in worst[:5]]
     shapes = [shape_tries(h, times, (tries or {}).get(h.title, ())) for h in hypotheses]
     few = judge
-    count = int(np.clip(len(worst) // PART, *FEW_WINDOWS))
+    length = float(np.median(evidence.stops - evidence.starts)) if len(worst) else 1.0
+    count = int(np.clip(max(len(worst) // PART, np.ceil(FEW_SECONDS / length)), *FEW_WINDOWS))
     if len(worst) >= 2 * count:
         spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
         few = Judge(evidence.subset(np.union1d(worst[: count // 2], spread)), judge.on_top, floor=judge.floor)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
-    proposals = ask_together(few, [_propose(few, h, tried) for h, tried in zip(hypotheses, shapes, strict=True)], tell)
+    loud = loud_channels(judge)
+    closely = [may_show(h, evidence.channels, loud) for h in hypotheses]
+    questions = [_propose(few, h, tried, close) for h, tried, close in zip(hypotheses, shapes, closely, strict=True)]
+    proposals = ask_together(few, questions, tell)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
     signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
     kept = without_doubles(signatures)
     kept.sort(key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))
     return Screened(judge=judge, signatures=tuple(kept), tries=max(sum(p.tries for p in proposals), 1))
+
+
+def least_promise(judge: Judge) -> float:
+    """Drop of chi-squared that must be expected of a hypothesis for it to be run in all windows."""
+    return max(LEAST_DROP, PROMISING * max(judge.excess, LITTLE * judge.degrees))
 
 
 def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
@@ -140,17 +161,22 @@ def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
     return kept
 
 
-def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[_Proposal]:
-    """Values at which the hypothesis explains most of these windows. Where the linear promise is not kept, the amplitude is scanned."""
+def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], closely: bool) -> Inquiry[_Proposal]:
+    """Values at which the hypothesis explains most of these windows.
+
+    closely : all shapes are tried, and the amplitude is scanned where the linear promise is not kept; else the first shape alone.
+    """
+    shapes = shapes if closely else shapes[:1]
     trials = yield from _felt_trials(judge, hypothesis, shapes)
-    least = max(LEAST_DROP, PROMISING * max(judge.excess, LITTLE * judge.degrees))
+    least = least_promise(judge)
     linear = [offer for offer in _offers(judge, hypothesis, trials)[:BEST_SHAPES] if offer[0] > least]
-    offers, promised, beyond = linear, linear[0][0] if linear else 0.0, any(trial.weak or trial.jumps for trial in trials)
+    offers, promised, beyond = linear, linear[0][0] if linear else 0.0, any(trial.sets_in for trial in trials)
     if offers:
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
         offers = _as_found(judge, blocks, [values for _, values in offers])
     kept = offers[0][0] if offers else 0.0
-    if (kept < KEPT * promised or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
+    broken = kept < KEPT * promised and promised > WORTH_A_SCAN * judge.excess
+    if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     for number in hypothesis.free if offers else ():
         tried: Sequence[float] = number.tries
@@ -287,7 +313,7 @@ def _resized(trial: _Trial, judge: Judge) -> bool:
     elif trial.size < max(FELT, SMALLEST * judge.chi2):
         if trial.size < UNFELT and trial.leaps >= LEAPS and not trial.strong:
             return False
-        trial.weak, trial.leaps = size, trial.leaps + 1
+        trial.weak, trial.faint, trial.leaps = size, trial.size, trial.leaps + 1
         new = size * (LEAP if trial.size < UNFELT else float(np.clip(np.sqrt(0.1 * most / trial.size), 1.0, LEAP)))
         new = min(new, np.sqrt(size * trial.strong) if trial.strong else np.inf, room)
     else:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rille.diagnosis.evidence.evidence import Evidence, Whole
+from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
 from rille.diagnosis.inference.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted, loud_channels, noise_of
 from rille.diagnosis.inference.confound import groups
@@ -20,12 +20,12 @@ from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_tries, shared_moment
 from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import GROSS, rank
+from rille.diagnosis.inference.reach import may_show
 from rille.diagnosis.inference.screen import Screened, screen
 from rille.diagnosis.inference.settle import State, own_fit, same, settle
 from rille.model.diagnosis import Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
-from rille.model.recording import Channel
 
 LEAST_WINDOWS = 4
 LEAST_DEGREES = 20.0
@@ -147,8 +147,8 @@ def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries
                     on_progress: Progress | None) -> tuple[Screened, list[Fitted]]:  # fmt: skip
     """All hypotheses screened, and the best fitted. Those with whole numbers, which take many trials, only if others leave something."""
     cheap = [h for h in hypotheses if all(n.search != "order" for n in h.free)]
-    loud = loud_channels(judge)
-    costly = [h for h in hypotheses if h not in cheap and _may_show(h, judge.evidence.channels, loud)]
+    audible = loud_channels(judge)
+    costly = [h for h in hypotheses if h not in cheap and may_show(h, judge.evidence.channels, audible)]
     screened, singles, done = Screened(judge=judge, signatures=(), tries=0), [], []
     for part in (cheap, costly):
         simple = min((one.chi2 for one in singles if one.count <= FEW_NUMBERS), default=judge.chi2)
@@ -206,12 +206,6 @@ def _begun_anew(
         if title not in best or one.chi2 < best[title].chi2:
             best[title] = one
     return list(best.values())
-
-
-def _may_show(hypothesis: Hypothesis, channels: Sequence[Channel], loud: Whole) -> bool:
-    """Whether the channels of what a hypothesis acts on differ; or there are none. What acts on a joint moves that joint most."""
-    own = [k for k, channel in enumerate(channels) if hypothesis.target in ("*", channel.target)]
-    return bool(np.isin(own, loud).any()) if own else bool(len(loud))
 
 
 def _fitted_pairs(screened: Screened, best_drop: float, on_progress: Progress | None) -> list[Fitted]:
