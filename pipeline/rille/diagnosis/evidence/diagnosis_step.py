@@ -14,7 +14,7 @@ from rille.model.recording import Recording
 
 MULTIPLES = (8, 6, 4, 3, 2)  # of the scenario's step that are tried, largest first
 GRID = 24  # steps of which the windows that are tried begin and end at whole multiples: of all those steps too
-WINDOWS = 8
+WINDOWS, SECONDS = (3, 8), 12.0  # that are tried, and how long [s] together
 SMALL = 0.3  # [sigma] root mean square of a channel that a larger step may change in three of four windows: most of it is taken off
 QUARTER = 0.75
 RESOLVED = 0.5  # of the shortest sampling interval: ripples that samples can show are faster than longer steps
@@ -37,7 +37,8 @@ def diagnosis_step(simulator: Any, recording: Recording, *, window: float, noise
     if window < 4 * GRID * simulator.step:
         return simulator.step
     twice = simulator.changed(step=2 * simulator.step)  # good enough for the starts
-    part = gather_part(twice, recording, window=window, noise=noise, grid=GRID * simulator.step, most=WINDOWS, corrected=False)
+    most = int(np.clip(SECONDS / window, *WINDOWS))
+    part = gather_part(twice, recording, window=window, noise=noise, grid=GRID * simulator.step, most=most, corrected=False)
     bare, picks = [s.channel for s in part.samples], [(s.window, s.time) for s in part.samples]
     fine = part.simulator.changed(step=simulator.step)
     own = [a[0] for a in fine.predict(part.states[None], part.last, bare, picks)]

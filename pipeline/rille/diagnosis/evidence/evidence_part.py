@@ -15,7 +15,7 @@ from rille.diagnosis.evidence.evidence import ENDED
 from rille.diagnosis.hypotheses.sensor_faults import concerns, moves_time, repaired, said, true_instants
 from rille.diagnosis.starts.noise_floor import difference_noise, quantisation, steady_rounding
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
-from rille.diagnosis.starts.start_fit import FARTHEST, Samples, fit_starts, residuals
+from rille.diagnosis.starts.start_fit import FARTHEST, Directions, Samples, fit_starts, residuals
 from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.diagnosis.starts.step_error import finest, step_error, timing
@@ -55,7 +55,7 @@ class Part:
     simulator : the base model, driven by the recording. channels : observed ones with noise that are fit for use, with samples. shows :
     names of those that show the state. widest : [s], of the smoother. assumed : setting under which starts were fitted. starts :
     uncertainty of what is seen taken ``UNSURE`` times. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
-    first, last : (n_windows,) [s] what is compared. columns : directions of the start. samples, slopes : of each channel its samples, and
+    first, last : (n_windows,) [s] what is compared. directions : of the start. samples, slopes : of each channel its samples, and
     (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
     error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
     it [sigma].
@@ -73,7 +73,7 @@ class Part:
     states: Array
     first: Array
     last: Array
-    columns: tuple[tuple[int, int], ...]
+    directions: Directions
     samples: tuple[Samples, ...]
     slopes: tuple[Array, ...]
     noise_from: tuple[str, ...]
@@ -81,6 +81,11 @@ class Part:
     timing: tuple[Array, ...]
     whole: "Part | None" = None
     numbers: Whole | None = None
+
+    @property
+    def columns(self) -> tuple[tuple[int, int], ...]:
+        """(coordinate, order) of the directions of the start."""
+        return self.directions.columns
 
     @cached_property
     def order(self) -> Whole:
@@ -193,7 +198,7 @@ class Part:
         noise = {c.name: (s.noise, source) for c, s, source in zip(whole.channels, whole.samples, whole.noise_from, strict=True)}
         recording = replace(whole.recording, channels=tuple(c for c in whole.recording.channels if c.role != "observed" or c.name in noise))
         like = {"window": whole.widest, "noise": noise, "kept": {s.channel.name: s.time for s in whole.samples}}
-        made = gather_part(whole.simulator, recording, assumed=setting, on_progress=on_progress, **like)
+        made = gather_part(whole.simulator, recording, assumed=setting, near=whole, on_progress=on_progress, **like)
         return made if self.numbers is None else made.subset(self.numbers)
 
     def _models(self, settings: Sequence[Setting]) -> tuple[list[Any], list[int | None]]:
@@ -344,6 +349,7 @@ def gather_part(
     most: int | None = None,
     corrected: bool = True,
     kept: Mapping[str, Array] | None = None,
+    near: Part | None = None,
     on_progress: Progress = None,
 ) -> Part:
     """Windows of a recording with starts fitted under a setting.
@@ -351,6 +357,7 @@ def gather_part(
     simulator : of the recording's scenario; it stays as it is. grid : [s], windows begin and end at whole multiples, None: its step.
     most : windows at most, spread over the recording. corrected : whether what the step does is found and taken off (``step_error``).
     kept : of channels by name the instants (m,) [s] of the samples that take part; None: of all but those at jumps.
+    near : the same windows with starts fitted under another setting; its derivatives are good to begin with.
 
     Raises
     ------
@@ -377,6 +384,7 @@ def gather_part(
     samples = [s for s in samples if len(s.time)]
     if kept is not None:
         samples = [_some_of(s, np.isin(s.time, kept[s.channel.name])) for s in samples]
+    known = _known(near, assumed, starts, samples) if near is not None else None
     watched = _Watched(model, faults)
     heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
 
@@ -386,13 +394,14 @@ def gather_part(
         return [said(faults, s.channel, s.value + e, s.time) - said(faults, s.channel, s.value, s.time) for s, e in both]
 
     say = [c.name in heard for c in channels]
-    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None)
+    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None, known=known)
     error = tuple(np.zeros(len(s.time)) for s in samples)
     if corrected:
         error, jumps = step_error(model, fit.states, parts.stops, samples)
         if kept is None and any(jump.any() for jump in jumps):
             samples = [_some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
-            fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown)
+            known = fit.directions, [slopes[:, ~jump] for slopes, jump in zip(fit.slopes, jumps, strict=True)]
+            fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown, known=known)
             error, _ = step_error(model, fit.states, parts.stops, samples)
     placed = fit.states, parts.stops, samples
     return Part(
@@ -407,13 +416,29 @@ def gather_part(
         states=fit.states,
         first=parts.starts,
         last=parts.stops,
-        columns=fit.columns,
+        directions=fit.directions,
         samples=tuple(samples),
         slopes=tuple(fit.slopes),
         noise_from=tuple(noise[c.name][1] for c in channels),
         error=error,
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
     )
+
+
+def _known(near: Part, assumed: Setting, starts: Starts, samples: Sequence[Samples]) -> tuple[Directions, list[Array]] | None:
+    """Directions of other starts of the same samples, and slopes by standard deviations of these starts; None where sensors lie."""
+    if [len(s.time) for s in samples] != [len(s.time) for s in near.samples] or sensor_terms((*assumed, *near.assumed)):
+        return None
+    turned = np.linalg.solve(near.starts.factor, starts.factor)  # z of the others = turned z
+    slopes = [np.zeros_like(block) for block in near.slopes]
+    place = {column: k for k, column in enumerate(near.columns)}
+    for (coordinate, order), k in place.items():
+        for other in (0, 1):
+            source = place.get((coordinate, other))
+            for s, old, new in zip(samples, near.slopes, slopes, strict=True):
+                if source is not None:
+                    new[k] += old[source] * turned[s.window, coordinate, other, order]
+    return near.directions, slopes
 
 
 def _some_of(samples: Samples, chosen: NDArray[np.bool_]) -> Samples:

@@ -19,7 +19,7 @@ from rille.model.recording import Recording
 
 Array = NDArray[np.float64]
 LENGTHS = (4.0, 3.0, 2.0, 1.5, 1.0, 0.7, 0.5)  # [s] that are tried, longest first; the last one is taken where none is good
-WINDOWS = 5  # that are tried
+WINDOWS, SECONDS = (3, 5), 10.0  # that are tried, and how long [s] together
 LEAST = 8  # windows that the recordings must have
 DRAWS = 2
 BENT = 0.25  # [sigma] root mean square of what is not linear, in three of four windows
@@ -43,7 +43,8 @@ def window_length(simulator: Any, recording: Recording, *, duration: float, nois
     for length in LENGTHS[:-1]:
         if duration < LEAST * length:
             continue
-        part = gather_part(simulator, recording, window=length, noise=noise, most=WINDOWS, corrected=False)
+        most = int(np.clip(SECONDS / length, *WINDOWS))
+        part = gather_part(simulator, recording, window=length, noise=noise, most=most, corrected=False)
         answers = _answers(part, part.states)
         if _bend(part, answers) < BENT and _misfit(part, answers) < FAR_OFF:
             return length

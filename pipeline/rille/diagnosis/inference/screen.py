@@ -8,7 +8,7 @@ corrected along that direction if they keep less than they promised.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,13 +28,14 @@ LEAP, LEAPS = 25.0, 3  # factor on a step that is not felt at all, and how often
 STUBBORN, MINUTE = 0.5, 0.01  # share of a change that is still there after a smaller step, which is as small against the first one
 PROMISING = 0.01  # share of the excess that must be expected for a hypothesis to be run in all windows
 LITTLE = 0.05  # of the degrees of freedom, that count as excess at least: the noise may be overstated
+BESIDE_THE_BEST = 0.05  # of what the best promises, for the same: what promises less is looked for on top of that
 LEAST_DROP = 4.0  # of chi-squared, for the same
 STEEP = 4.0  # times what a change in proportion to the step would be, that tell a threshold
 WORTH_A_SCAN = 0.05  # share of the excess that must be promised for a broken promise to be looked into
 KEPT = 0.7  # share of the promise; below, the amplitudes are corrected
 CORRECTIONS = 3
-PART, FEW_WINDOWS = 8, (4, 24)  # one of so many windows is looked at first, but at least, and at most, so many
-FEW_SECONDS = 4.0  # [s] that these windows last together, at least
+PART, FEW_WINDOWS = 8, (2, 24)  # one of so many windows is looked at first, but at least, and at most, so many
+FEW_SECONDS = 6.0  # [s] that these windows last together, at least
 BEST_SHAPES = 2
 BETWEEN = 9  # values between the neighbours of the best one that was tried
 SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
@@ -138,6 +139,8 @@ def screen(
     questions = [_propose(few, h, tried, close) for h, tried, close in zip(hypotheses, shapes, closely, strict=True)]
     proposals = ask_together(few, questions, tell)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
+    most = max((share for p in proposals for share, _ in p.offers), default=0.0)
+    proposals = [replace(p, offers=tuple(o for o in p.offers if o[0] > BESIDE_THE_BEST * most)) for p in proposals]
     signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
     kept = without_doubles(signatures)
     kept.sort(key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))

@@ -29,19 +29,31 @@ HORIZONS = (0.1, 0.3, 1.0)  # shares of a window that is tried once more
 NUDGE = 0.3  # [standard deviations of the prior] of a difference
 VISIBLE = 0.3  # chi-squared of a window per standard deviation of the prior, below which a direction is left alone
 UNTOUCHED = 0.1  # of that, below which a channel does not answer to a direction
-SCREENED = 5  # windows at most, one of four, in which all directions are tried
+SCREENED, SECONDS = (2, 5), 8.0  # windows, and how long [s] together, in which all directions are tried; one of four at most
 WORTH = 0.1  # decrease of a window's cost below which it is left as it is
 BENT = 0.3  # share by which a step's gain misses the promised one, beyond which derivatives are taken anew
-ROUNDS = 6
+ROUNDS = 8
 ENDED = 10.0  # [sigma] counted for a sample that the run did not reach
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Directions:
+    """Directions (coordinate, order: 0 value, 1 rate) that samples can see. touches : (n_directions, n_channels) whether a channel answers.
+
+    groups : directions that no channel answers to two of; they are tried together (Curtis, Powell & Reid 1974).
+    """
+
+    columns: tuple[tuple[int, int], ...]
+    touches: NDArray[np.bool_]
+    groups: tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StartFit:
     """states : (n_windows, n) fitted. shift : (n_windows,) root mean square of z over directions that the recording shows. gain : of each
     channel (m,) [unit] standard deviation that the uncertainty of the start gives to a sample. unfit : windows that
-    no start near the recorded one fits. standard : (n_windows, n_coordinates, 2) z. columns : (coordinate, order) of the directions that
-    were fitted. slopes : of each channel (n_directions, m) derivatives of what is simulated by z [sigma].
+    no start near the recorded one fits. standard : (n_windows, n_coordinates, 2) z. directions : that were fitted. slopes : of each channel
+    (n_directions, m) derivatives of what is simulated by z [sigma].
     """
 
     states: Array
@@ -49,7 +61,7 @@ class StartFit:
     gain: list[Array]
     unfit: NDArray[np.int64]
     standard: Array
-    columns: tuple[tuple[int, int], ...]
+    directions: Directions
     slopes: list[Array]
 
 
@@ -133,6 +145,7 @@ def fit_starts(
     say: Sequence[bool] | None = None,
     far: float = 1.0,
     error: Callable[[Array], Sequence[Array]] | None = None,
+    known: tuple[Directions, Sequence[Array]] | None = None,
 ) -> StartFit:
     """Fitted start states.
 
@@ -142,10 +155,12 @@ def fit_starts(
     far : share of the windows; if more than that are not fitted near their smoothed starts, none is tried far from it: then the model is
         what is wrong. error : of states (n_windows, n), what the simulator's step does to each channel (m,) [unit]; starts are fitted to
         what it would show without. None: nothing.
+    known : directions and slopes of a model much alike to begin with, taken anew in windows where they do not foretell what steps do. None:
+        they are found.
     """
     problem = _Problem(simulator, starts, stops, samples)
-    directions = _visible(problem, len(starts.coordinates))
-    descent = _Descent(problem, directions, say)
+    directions = known[0] if known is not None else _visible(problem, len(starts.coordinates))
+    descent = _Descent(problem, directions, say, known[1] if known is not None else None)
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
     if error is not None:
         descent.correct(error(problem.states(descent.standard[None])[0]))
@@ -166,24 +181,12 @@ def fit_starts(
         gain=descent.gains(),
         unfit=unfit,
         standard=standard,
-        columns=directions.columns,
+        directions=directions,
         slopes=descent.jacobian,
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Directions:
-    """Directions (coordinate, order: 0 value, 1 rate) that samples can see. touches : (n_directions, n_channels) whether a channel answers.
-
-    groups : directions that no channel answers to two of; they are tried together (Curtis, Powell & Reid 1974).
-    """
-
-    columns: tuple[tuple[int, int], ...]
-    touches: NDArray[np.bool_]
-    groups: tuple[tuple[int, ...], ...]
-
-
-def _linearised(problem: _Problem, standard: Array, directions: _Directions, windows: NDArray[np.int64]) -> tuple[list[Array], list[Array]]:
+def _linearised(problem: _Problem, standard: Array, directions: Directions, windows: NDArray[np.int64]) -> tuple[list[Array], list[Array]]:
     """Derivatives (n_directions, m) of predicted samples in sigmas per standard deviation, and residuals (m,) in sigmas, of each
     channel.
     """
@@ -203,12 +206,13 @@ def _linearised(problem: _Problem, standard: Array, directions: _Directions, win
     return derivatives, [np.nan_to_num(block[0]) for block in blocks]
 
 
-def _visible(problem: _Problem, n_coordinates: int) -> _Directions:
+def _visible(problem: _Problem, n_coordinates: int) -> Directions:
     """Directions that some sample of the tried windows can see within the prior."""
-    count = max(1, min(SCREENED, problem.n_windows // 4))
+    length = float(np.median(problem.stops - problem.starts.states[:, 0]))
+    count = max(1, min(int(np.clip(SECONDS / length, *SCREENED)), problem.n_windows // 4))
     tried = ((np.arange(count) + 0.5) * problem.n_windows / count).astype(np.int64)
     columns = tuple((c, order) for c in range(n_coordinates) for order in range(2))
-    every = _Directions(
+    every = Directions(
         columns=columns,
         touches=np.ones((len(columns), len(problem.samples)), dtype=bool),
         groups=tuple((k,) for k in range(len(columns))),
@@ -228,26 +232,35 @@ def _visible(problem: _Problem, n_coordinates: int) -> _Directions:
                 break
         else:
             groups.append([k])
-    return _Directions(columns=tuple(columns[k] for k in seen), touches=touches, groups=tuple(tuple(g) for g in groups))
+    return Directions(columns=tuple(columns[k] for k in seen), touches=touches, groups=tuple(tuple(g) for g in groups))
 
 
 class _Descent:
     """Gauss-Newton of all windows side by side. ``share`` (n_windows,): weight of a window's samples."""
 
-    def __init__(self, problem: _Problem, directions: _Directions, say: Sequence[bool] | None) -> None:
+    def __init__(self, problem: _Problem, directions: Directions, say: Sequence[bool] | None, slopes: Sequence[Array] | None) -> None:
         self.problem, self.directions, self.columns = problem, directions, directions.columns
         self.say = [1.0 if heard else 0.0 for heard in (say if say is not None else [True] * len(problem.samples))]
         n_windows = problem.n_windows
         self.standard = np.zeros((n_windows, len(problem.starts.coordinates), 2))
         self.where = [np.searchsorted(s.window, np.arange(n_windows + 1)) for s in problem.samples]
         self.share, self.farthest = np.ones(n_windows), FARTHEST
-        self.jacobian, self.left = _linearised(problem, self.standard, directions, np.arange(n_windows))
+        if slopes is None:
+            self.jacobian, self.left = _linearised(problem, self.standard, directions, np.arange(n_windows))
+        else:
+            self.jacobian = [block.copy() for block in slopes]
+            self.left = [np.nan_to_num(block[0]) for block in problem.standardised(self.standard[None], np.arange(n_windows))]
         self.at_start = [(slopes.copy(), block.copy()) for slopes, block in zip(self.jacobian, self.left, strict=True)]
         self.cost = self._costs(self.left, self.standard)
 
     def run(self, active: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None, stage: str) -> None:
-        """Rounds until no active window gains any more."""
+        """Rounds until no active window gains any more.
+
+        Derivatives that a step shows to have changed follow by its secant (Broyden 1965), and are taken anew where that does not help, and
+        at the end.
+        """
         damping = np.zeros(self.problem.n_windows)
+        stale = np.zeros(self.problem.n_windows, dtype=bool)
         for number in range(ROUNDS if self.columns else 0):
             if on_progress:
                 on_progress(number, ROUNDS, stage)
@@ -256,7 +269,13 @@ class _Descent:
                 trial[window], promised[window] = self._step(int(window), float(damping[window]))
             active = active[promised[active] > WORTH]
             if len(active) == 0:
-                break
+                if not stale.any():
+                    break
+                active = np.flatnonzero(stale)
+                stale[active] = False
+                self._bend(active)
+                continue
+            before, moves = [block.copy() for block in self.left], trial - self.standard
             tried = [block[0] for block in self.problem.standardised(trial[None], active)]
             gained = np.where(np.isin(np.arange(len(promised)), active), self.cost - self._costs(tried, trial), 0.0)
             better, worse = active[gained[active] > 0], active[gained[active] <= 0]
@@ -268,9 +287,15 @@ class _Descent:
             damping[worse] = np.maximum(1.0, 10 * damping[worse])
             damping[better] *= 0.1
             bent = better[(np.abs(gained[better] / promised[better] - 1) > BENT) & (gained[better] > 10 * WORTH)]
-            if len(bent):
-                self._bend(bent)
+            for window in bent:
+                self._turn(int(window), moves[window], before)
+            failed = worse[stale[worse]]
+            stale[bent], stale[failed] = True, False
+            if len(failed):
+                self._bend(failed)
             active = np.setdiff1d(active, better[gained[better] < WORTH])
+        if stale.any():
+            self._bend(np.flatnonzero(stale))
         if on_progress:
             on_progress(ROUNDS, ROUNDS, stage)
 
@@ -333,6 +358,15 @@ class _Descent:
             here = np.isin(s.window, windows)
             slopes[:, here], block[here] = start[0][:, here], start[1][here]
         self.cost = self._costs(self.left, self.standard)
+
+    def _turn(self, window: int, move: Array, before: list[Array]) -> None:
+        """Derivatives of one window so that they say what a move (n_coordinates, 2) has done to the residuals ``before``."""
+        along = np.array([move[column] for column in self.columns])
+        for slopes, old, new, edges in zip(self.jacobian, before, self.left, self.where, strict=True):
+            here = slice(edges[window], edges[window + 1])
+            missed = old[here] - new[here] - along @ slopes[:, here]
+            known = (old[here] != ENDED) & (new[here] != ENDED)
+            slopes[:, here] += np.outer(along, np.where(known, missed, 0.0)) / (along @ along)
 
     def _bend(self, windows: NDArray[np.int64]) -> None:
         """Derivatives and residuals anew."""
