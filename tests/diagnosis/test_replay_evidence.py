@@ -7,6 +7,7 @@ import pytest
 
 from rille import simulate, store
 from rille.diagnosis.answer.prove import prove
+from rille.diagnosis.evidence import evidence_part
 from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.held_out import Parts, cut_in_time
@@ -144,6 +145,35 @@ def test_windows_and_recordings_are_independent(make_model):
     assert np.array_equal(part.start_gain, evidence.start_gain[here])
     assert np.array_equal(part.run, evidence.run[windows])
     assert evidence.recordings == ("a", "b")
+
+
+def test_starts_may_begin_with_the_derivatives_of_another_setting(make_model, monkeypatch):
+    """Fitted under friction, with derivatives that began as those of the base model and with fresh ones: chi-squared the same within what a
+    fit leaves (0.1 a window), starts within a tenth of their uncertainty; and fewer replays.
+    """
+    path, scenario = model(make_model, 3, [Effect(kind="coulomb_friction", target="hinge2", parameters={"torque": 0.005})])
+    base, _ = model(make_model, 3)
+    evidence = gather({"swing": simulate.Replayer(base)}, [cut_in_time(recorded(path, scenario, 3), 0, 2.8)])
+    setting = (RIVALS[1].at({"torque": 0.005}),)
+    runs = []
+    predict = simulate.Replayer.predict
+
+    def counted(self, states, *rest):
+        runs.append(states.shape[0] * states.shape[1])
+        return predict(self, states, *rest)
+
+    monkeypatch.setattr(simulate.Replayer, "predict", counted)
+    begun = evidence.relinearised(setting)
+    few = sum(runs)
+    monkeypatch.setattr(evidence_part, "_known", lambda *_: None)
+    fresh = evidence.relinearised(setting)
+    chi2 = []
+    for one in (begun, fresh):
+        left = Metric(one.window, one.start_gain).whitened(one.residuals([setting]))[0]
+        chi2.append(left @ left)
+    assert chi2[0] == pytest.approx(chi2[1], abs=0.1 * len(begun.starts))
+    assert np.abs(begun.parts[0].standard - fresh.parts[0].standard).max() < 0.1
+    assert few < 0.9 * (sum(runs) - few)
 
 
 def test_a_setting_that_the_model_refuses_has_no_residuals(make_model):

@@ -13,7 +13,7 @@ from rille.cli.bench_rigs import bench_rig
 from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
 from rille.diagnosis.diagnose import diagnose
 from rille.model import Command, Effect, InputRefused, Pose, Scenario
-from rille.model.recording import Channel, Recording
+from rille.model.recording import Channel, GateFinding, Recording
 
 NAMING = ("named", "group", "parameter", "sensor_fault")
 
@@ -89,6 +89,15 @@ def test_noise_that_nobody_stated_is_taken_from_the_samples_and_said(make_model)
     found = answer(path, without_statement(recording))
     assert found.verdict not in NAMING
     assert any("noise" in sentence and "not stated" in sentence for sentence in found.limits)
+
+
+def test_a_channel_that_the_data_gate_took_out_is_told_with_the_verdict(make_model):
+    """The model is right and one sensor is stuck: that nothing is missing holds for the others."""
+    path, recording = wheel_run(make_model)
+    stuck = GateFinding(code="stuck", severity="warning", channel="hub_velocity", message="channel 'hub_velocity' is stuck on a stretch")
+    found = answer(path, replace(recording, findings=(stuck,)))
+    assert found.verdict == "nothing_missing"
+    assert "'hub_velocity': the data gate found it stuck" in found.sentence
 
 
 def test_a_channel_without_any_noise_to_tell_is_not_judged(make_model):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rille.diagnosis.answer.data_problems import data_problems
+from rille.diagnosis.answer.data_problems import data_problems, took_no_part
 from rille.diagnosis.answer.limits import limits
 from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
@@ -251,7 +251,18 @@ def _answer(
         recordings=tuple(recording.name for recording in parts.training),
         held_out=tuple(recording.name for recording in parts.held_out),
         verdict=verdict,
-        sentence=statement(verdict, terms, ranked, location, leftover, proof, (), cannot, unknown.sentence if unknown is not None else ""),
+        sentence=statement(
+            verdict,
+            terms,
+            ranked,
+            location,
+            leftover,
+            proof,
+            (),
+            cannot,
+            unknown.sentence if unknown is not None else "",
+            took_no_part(parts.training),
+        ),
         location=location,
         setting=(*(found.setting if found is not None else ()), *(unknown.setting if unknown is not None else ())),
         ranked=ranked,

@@ -18,8 +18,11 @@ def statement(
     transients: Sequence[Transient],
     limits: Sequence[str],
     unknown_like: str = "",
+    apart: str = "",
 ) -> str:
-    """One paragraph: what it is, where, how sure, how much better, and what stays open. ``leftover``: share of the excess that is left."""
+    """One paragraph: what it is, where, how sure, how much better, and what stays open. leftover : share of the excess that is left.
+    apart : which channels took no part, and why.
+    """
     parts = [_what(verdict, terms, ranked, location, leftover), unknown_like]
     if verdict != "nothing_missing" and location.sentence:
         parts.append(location.sentence)
@@ -29,6 +32,7 @@ def statement(
         parts.append(_proven(proof))
     if verdict in ("cannot_know", "unknown", "group") and limits:
         parts.append(limits[0])
+    parts.append(apart)
     return " ".join(sentence(part) for part in parts if part)
 
 
