@@ -2,9 +2,9 @@
 
 Of each fold f the numbers that all other folds prefer follow from the quadratic expansion at the fit, without new replays:
 delta_f = argmin of |w + J delta|^2 over the other folds within the bounds; the residual held out is w_f + J_f delta_f. Log-likelihoods are
--chi2/(2 kappa) with the over-dispersion kappa of the best setting. A setting whose numbers rest on one fold alone (a push, a patch that is
-crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978), and has no credit at all where it leaves a gross misfit:
-a push that a wrong model asks for is no push.
+-chi2/(2 kappa) with the over-dispersion kappa of the best setting. A setting whose numbers rest on one fold or two alone (a push, a patch
+that is crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978), and has no credit at all where it leaves a gross
+misfit: a push that a wrong model asks for is no push.
 
 Standard errors of a difference in log-likelihood: if a is right, its residual is noise, so the difference deviates from what is expected by
 e_w = <a, b - a>_w / kappa in window w. The error is the root of the sum of e_w^2, over windows or over stretches of them, whichever is
@@ -27,7 +27,7 @@ from rille.diagnosis.inference.folds import folds
 from rille.diagnosis.inference.judge import Judge
 from rille.model.hypothesis import Setting
 
-RESTS_ON_ONE = 0.75  # share of a number's information in one fold, beyond which it cannot be held out
+RESTS_ON_ONE, RESTS_ON_TWO = 0.75, 0.95  # share of a number's information in one fold, or two, beyond which it cannot be held out
 GROSS = 10.0  # chi-squared per degree of a gross misfit
 ERRORS = 2.0  # standard errors of a difference that counts, with many windows
 
@@ -116,7 +116,7 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
 
 
 def held_out(one: Fitted, edges: Whole, fold: Whole) -> tuple[Array, bool]:
-    """(N,) residuals of each fold at the numbers that the other folds prefer; and whether a number rests on one fold alone."""
+    """(N,) residuals of each fold at the numbers that the other folds prefer; and whether a number rests on too few to be held out."""
     residual = one.residual.astype(float)
     if not one.unknowns:
         return residual, False
@@ -130,9 +130,8 @@ def held_out(one: Fitted, edges: Whole, fold: Whole) -> tuple[Array, bool]:
     amplitude = np.array([u.number.amplitude for u in one.unknowns])
     heard = np.sum(information, axis=0) > 0
     judged = heard & (amplitude if np.any(heard & amplitude) else True)
-    if len(grams) < 3 or np.any(
-        np.max(information[:, judged], axis=0, initial=0.0) > RESTS_ON_ONE * np.sum(information[:, judged], axis=0)
-    ):
+    shares = np.sort(information[:, judged] / np.sum(information[:, judged], axis=0), axis=0)[::-1]
+    if len(grams) < 3 or np.any(shares[0] > RESTS_ON_ONE) or np.any(shares[0] + shares[1] > RESTS_ON_TWO):
         return residual, True
     down, up = one.room
     stride = np.array([min(u.stride, 1e12) for u in one.unknowns])

@@ -135,7 +135,7 @@ def screen(
         few = Judge(evidence.subset(np.union1d(worst[: count // 2], spread)), judge.on_top, floor=judge.floor)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
     loud = loud_channels(judge)
-    closely = [may_show(h, evidence.channels, loud) for h in hypotheses]
+    closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
     questions = [_propose(few, h, tried, close) for h, tried, close in zip(hypotheses, shapes, closely, strict=True)]
     proposals = ask_together(few, questions, tell)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
@@ -191,6 +191,11 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
             offers = sorted(offers + found, key=lambda offer: -offer[0])[:BEST_SHAPES]
     shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
     return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
+
+
+def _is_local(hypothesis: Hypothesis) -> bool:
+    """Whether it is about a moment or a place: the difference may be loud there, and in no channel as a whole."""
+    return any(number.search in ("time", "place") for number in hypothesis.free)
 
 
 def _between(number: FreeNumber, best: float) -> list[float]:
