@@ -6,6 +6,7 @@ different start could explain as well speaks for nothing.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -101,7 +102,7 @@ class Metric:
             [last - first - np.sum(1.0 - (1.0 - off) ** 2) for (first, last), (_, off) in zip(self._spans(), self._parts, strict=True)]
         )
 
-    @property
+    @cached_property
     def own_degrees(self) -> Array:
         """(N,) what is left of the freedom of each sample, the diagonal of C^-1."""
         return np.concatenate([1.0 - left**2 @ (1.0 - (1.0 - off) ** 2) if left.size else np.ones(last - first)

@@ -431,13 +431,12 @@ def _known(near: Part, assumed: Setting, starts: Starts, samples: Sequence[Sampl
         return None
     turned = np.linalg.solve(near.starts.factor, starts.factor)  # z of the others = turned z
     slopes = [np.zeros_like(block) for block in near.slopes]
-    place = {column: k for k, column in enumerate(near.columns)}
-    for (coordinate, order), k in place.items():
-        for other in (0, 1):
-            source = place.get((coordinate, other))
+    for k, (coordinate, order) in enumerate(near.columns):
+        for source, (own, other) in enumerate(near.columns):
+            if own != coordinate:
+                continue
             for s, old, new in zip(samples, near.slopes, slopes, strict=True):
-                if source is not None:
-                    new[k] += old[source] * turned[s.window, coordinate, other, order]
+                new[k] += old[source] * turned[s.window, coordinate, other, order]
     return near.directions, slopes
 
 

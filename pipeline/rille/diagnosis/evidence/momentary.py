@@ -16,27 +16,24 @@ AFTER = 2  # steps that a replay goes on after the end of its window
 
 def residuals(part: Part, settings: Sequence[Setting]) -> Array:
     """(k, m) as ``Part.residuals``. Of a model with memory, where a moment is felt for ever, everything is replayed."""
-    touched = [_touched(part, setting) for setting in settings]
-    brief = [k for k, windows in enumerate(touched) if np.mean(windows) <= WORTH]
+    touched = (_touched(part, setting) for setting in settings)
+    brief = {k: windows for k, windows in enumerate(touched) if np.mean(windows) <= WORTH}
     if not brief:
         return part.residuals(settings)
-    without: dict[tuple[int, ...], Setting] = {}
-    row_of: dict[int, int] = {}
-    for k in brief:
-        rest = tuple(term for term in settings[k] if term.moment is None)
-        without.setdefault(tuple(map(id, rest)), rest)
-        row_of[k] = list(without).index(tuple(map(id, rest)))
-    lasting = [k for k in range(len(settings)) if k not in row_of]
+    lasting = [k for k in range(len(settings)) if k not in brief]
+    rest = {k: tuple(term for term in settings[k] if term.moment is None) for k in brief}
+    without = {tuple(map(id, setting)): setting for setting in rest.values()}
+    row = {key: number for number, key in enumerate(without, start=len(lasting))}
     replayed = part.residuals([*(settings[k] for k in lasting), *without.values()])
     found = np.empty((len(settings), replayed.shape[1]))
     found[lasting] = replayed[: len(lasting)]
     groups: dict[bytes, list[int]] = {}
     for k in brief:
-        found[k] = replayed[len(lasting) + row_of[k]]
-        if touched[k].any():
-            groups.setdefault(touched[k].tobytes(), []).append(k)
+        found[k] = replayed[row[tuple(map(id, rest[k]))]]
+        if brief[k].any():
+            groups.setdefault(brief[k].tobytes(), []).append(k)
     for members in groups.values():
-        windows = np.flatnonzero(touched[members[0]])
+        windows = np.flatnonzero(brief[members[0]])
         here = np.flatnonzero(np.isin(part.window, windows))
         there = part.only(windows).residuals([settings[k] for k in members])
         found[np.array(members)[:, None], here] = there

@@ -6,6 +6,7 @@ chi-squared = r^T (I + D D^T)^-1 r than leaving out these samples does, and the 
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,17 +41,18 @@ def may_show(hypothesis: Hypothesis, channels: Sequence[Channel], loud: Whole) -
 def most_explained(judge: Judge, several: Sequence[Sequence[str]]) -> Array:
     """(k,) chi-squared beyond noise that is gone if the samples of each of several sets of channels, by name, are left out."""
     evidence = judge.evidence
+    if not several:
+        return np.empty(0)
     about = np.array([[channel.name in names for channel in evidence.channels] for names in several], dtype=bool)
-    about = about.reshape(len(several), len(evidence.channels))
     gone = np.zeros(len(several))
-    for first, last in zip(judge.metric.edges[:-1], judge.metric.edges[1:], strict=True):
+    chi2 = judge.per_window(judge.base**2)
+    for window, (first, last) in enumerate(pairwise(judge.metric.edges.tolist())):
         gain, left = evidence.start_gain[first:last], judge.raw[first:last]
         own, pull = gain.T @ gain + np.eye(gain.shape[1]), gain.T @ left
-        before = left @ left - pull @ np.linalg.solve(own, pull)
         for k, rows in enumerate(about[:, evidence.channel[first:last]]):
             if rows.any():
                 part, rest = gain[rows], pull - gain[rows].T @ left[rows]
-                gone[k] += before - left[~rows] @ left[~rows] + rest @ np.linalg.solve(own - part.T @ part, rest)
+                gone[k] += chi2[window] - left[~rows] @ left[~rows] + rest @ np.linalg.solve(own - part.T @ part, rest)
     degrees = about @ judge.per_channel(judge.metric.own_degrees)
     noise = noise_of(judge, judge.chi2, judge.degrees)
     return np.asarray(gone - noise * (degrees - CHANCE * np.sqrt(2.0 * degrees)), dtype=float)

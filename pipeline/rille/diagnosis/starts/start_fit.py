@@ -275,10 +275,12 @@ class _Descent:
                 stale[active] = False
                 self._bend(active)
                 continue
-            before, moves = [block.copy() for block in self.left], trial - self.standard
             tried = [block[0] for block in self.problem.standardised(trial[None], active)]
             gained = np.where(np.isin(np.arange(len(promised)), active), self.cost - self._costs(tried, trial), 0.0)
             better, worse = active[gained[active] > 0], active[gained[active] <= 0]
+            bent = better[(np.abs(gained[better] / promised[better] - 1) > BENT) & (gained[better] > 10 * WORTH)]
+            for window in bent:
+                self._turn(int(window), trial[window] - self.standard[window], tried)
             self.standard[better] = trial[better]
             for block, fresh, s in zip(self.left, tried, self.problem.samples, strict=True):
                 here = np.isin(s.window, better)
@@ -286,9 +288,6 @@ class _Descent:
             self.cost[better] -= gained[better]
             damping[worse] = np.maximum(1.0, 10 * damping[worse])
             damping[better] *= 0.1
-            bent = better[(np.abs(gained[better] / promised[better] - 1) > BENT) & (gained[better] > 10 * WORTH)]
-            for window in bent:
-                self._turn(int(window), moves[window], before)
             failed = worse[stale[worse]]
             stale[bent], stale[failed] = True, False
             if len(failed):
@@ -359,14 +358,15 @@ class _Descent:
             slopes[:, here], block[here] = start[0][:, here], start[1][here]
         self.cost = self._costs(self.left, self.standard)
 
-    def _turn(self, window: int, move: Array, before: list[Array]) -> None:
-        """Derivatives of one window so that they say what a move (n_coordinates, 2) has done to the residuals ``before``."""
+    def _turn(self, window: int, move: Array, tried: list[Array]) -> None:
+        """Derivatives of one window so that they say what a move (n_coordinates, 2) does: the residuals become those that were tried."""
         along = np.array([move[column] for column in self.columns])
-        for slopes, old, new, edges in zip(self.jacobian, before, self.left, self.where, strict=True):
+        for slopes, old, new, edges in zip(self.jacobian, self.left, tried, self.where, strict=True):
             here = slice(edges[window], edges[window + 1])
-            missed = old[here] - new[here] - along @ slopes[:, here]
-            known = (old[here] != ENDED) & (new[here] != ENDED)
-            slopes[:, here] += np.outer(along, np.where(known, missed, 0.0)) / (along @ along)
+            before, after = old[here], np.nan_to_num(new[here])
+            known = (before != ENDED) & (after != ENDED)
+            missed = np.where(known, before - after - along @ slopes[:, here], 0.0)
+            slopes[:, here] += np.outer(along, missed) / (along @ along)
 
     def _bend(self, windows: NDArray[np.int64]) -> None:
         """Derivatives and residuals anew."""
