@@ -13,10 +13,10 @@ from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
 from rille.diagnosis.answer.prove import carries_over, prove
 from rille.diagnosis.answer.statement import statement
-from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.comparison.difference import find_difference
 from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
 from rille.diagnosis.evidence.held_out import Parts, extent, held_out_parts
+from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
 from rille.diagnosis.evidence.window_length import LENGTHS, window_length
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind
@@ -57,6 +57,19 @@ class Options:
 
 def _length(options: Options) -> float:
     return options.window or LENGTHS[-1]
+
+
+class _Gathered:
+    """Evidence of recordings, gathered when it is first asked for: a diagnosis that goes on where it was may need it late, or never."""
+
+    def __init__(self, simulators: Callable[[str], Any], recordings: Sequence[Recording], *, noise: Noise, window: float) -> None:
+        self._gather = lambda told: gather(simulators, recordings, noise=noise, window=window, on_progress=told)
+        self._found: ReplayEvidence | None = None
+
+    def __call__(self, told: Told) -> ReplayEvidence:
+        if self._found is None:
+            self._found = self._gather(told)
+        return self._found
 
 
 def diagnose(
@@ -108,7 +121,8 @@ def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Nois
 def _diagnosed(
     simulators: Callable[[str], Any], parts: Parts, noise: Noise, kinds: Sequence[EffectKind], options: Options, run: Staged
 ) -> Diagnosis:
-    base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: _compared(simulators, parts, noise, options, told))
+    evidence = _Gathered(simulators, parts.training, noise=noise, window=_length(options))
+    base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: [comparison_of(part) for part in evidence(told).parts])
     difference = find_difference(base)
     location = locate(difference, base)
     simulator = simulators(parts.training[0].scenario or "")
@@ -119,37 +133,18 @@ def _diagnosed(
         return _answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know")
     if not difference.differs:
         return _answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing")
-    found, unknown = run.run(
-        "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, noise, base, location, kinds, options, told)
+    found, unknown, improved = run.run(
+        "search", 0.2, 0.8, lambda told: _search(evidence(told), machine, parts, noise, base, location, kinds, options, told)
     )
     setting = (*found.setting, *(unknown.setting if unknown is not None else ()))
     proof = None
     if setting:
-        proof, _ = run.run(
-            "proof",
-            0.8,
-            0.95,
-            lambda told: prove(
-                simulators, parts, setting, noise=noise, window=_length(options), terms=found.terms, base=base, on_progress=told
-            ),
-        )
+        like = {"noise": noise, "window": _length(options), "terms": found.terms, "training": (base, improved)}
+        proof = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, on_progress=told))
     if proof is not None and found.verdict in NAMING and not carries_over(proof):
         found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return _answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict)
-
-
-def _compared(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options, told: Told) -> list[Comparison]:
-    """The training part beside the base model."""
-    found = []
-    for k, recording in enumerate(parts.training):
-
-        def here(done: int, total: int, what: str, k: int = k) -> None:
-            told(k + done / max(total, 1), len(parts.training), what)
-
-        simulator = simulators(recording.scenario or "")
-        found.append(compare_windows(simulator, recording, window=_length(options), noise=noise, on_progress=here))
-    return found
 
 
 def _why_not_judged(comparisons: Sequence[Comparison], difference: Difference) -> str:
@@ -167,7 +162,7 @@ def _why_not_judged(comparisons: Sequence[Comparison], difference: Difference) -
 
 
 def _search(
-    simulators: Callable[[str], Any],
+    evidence: ReplayEvidence,
     machine: Machine,
     parts: Parts,
     noise: Noise,
@@ -176,18 +171,11 @@ def _search(
     kinds: Sequence[EffectKind],
     options: Options,
     told: Told,
-) -> tuple[Found, Unknown | None]:
-    """What explains the training part, and a formula for what the catalogue has no name for."""
+) -> tuple[Found, Unknown | None, list[Comparison]]:
+    """What explains the training part, a formula for what the catalogue has no name for, and the training part beside both."""
     channels = [channel for recording in parts.training for channel in recording.channels]
     hypotheses = of_kind(candidates(machine, channels, kinds, location=location), only=options.only, without=options.without)
     scales = natural(machine, channels)
-    evidence = gather(
-        simulators,
-        parts.training,
-        window=_length(options),
-        noise=noise,
-        on_progress=lambda done, total, what: told(0.25 * done, total, what),
-    )
     found = search(
         evidence,
         hypotheses,
@@ -195,18 +183,22 @@ def _search(
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
         tries={**place_tries(hypotheses, machine, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
-        on_progress=lambda what, share: told(0.25 + 0.65 * share, 1, what),
+        on_progress=lambda what, share: told(0.9 * share, 1, what),
     )
+    after: Any = found.evidence
     unknown = None
     if found.verdict == "unknown":
         unknown = find_unknown(
-            found.evidence or evidence,
+            after,
             machine,
             scales,
             setting=found.setting,
             on_progress=lambda done, total, what: told(0.9 + 0.1 * done / max(total, 1), 1, what),
         )
-    return replace(found, evidence=None), unknown
+        if unknown is not None:
+            after = after.relinearised((*found.setting, *unknown.setting))
+    setting = (*found.setting, *(unknown.setting if unknown is not None else ()))
+    return replace(found, evidence=None), unknown, [comparison_of(part, setting) for part in after.parts]
 
 
 def _floor(evidence: ReplayEvidence, noise: Noise) -> float:

@@ -95,35 +95,42 @@ void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, R
 
 // Spring and damper between motor (angle p) and joint (angle q), over one step with the next velocities:
 //   tau = k d + kk (p' - q'),  d = p - q (beyond the play),  kk = h k + c
-// A speed drive prescribes p'. A torque drive accelerates its rotor, J (p' - p'_0) = h (tau_motor - tau), so that
+// A torque drive accelerates its rotor, J (p' - p'_0) = h (tau_motor - tau), so that
 //   p' = p'_free + share q',  p'_free = (J p'_0 + h tau_motor - h k d)/(J + h kk),  share = h kk/(J + h kk).
+// A servo leads p' = w - y tau with its set speed w; what it yields, y, is 0 of a stiff one, else 1/gain, and more where the supply sags:
+//   tau = (k d + kk (w - q'))/(1 + kk y), the servo itself as the spring becomes stiff.
 void DriveUnit::open_transmission(const Mechanism& mechanism, double h, bool hold, double value, RowSet& rows) {
   const double stiffness = line_.compliance > 0 ? 1 / line_.compliance : 1e6;
   const double slope = h * stiffness + line_.damping;
   const double twist = motor_angle_ - mechanism.joint_position(drive_->joint);
   const double most = largest_effort();
-  const double supply = 1 - line_.sag * std::min(std::abs(effort_) / drive_->max_torque, 1.0);  // of the last step: the spring smooths it
-  const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
   const double inertia = std::max(line_.rotor_inertia, 1e-9);
+  free_rotor_ = drive_->mode == DriveMode::torque && !hold;
+  target_speed_ = led_speed_ = set_speed(value, motor_angle_, h, hold);
+  yield_ = line_.sag * std::abs(target_speed_) / drive_->max_torque;
+  if (drive_->speed_gain) {
+    const double gain = *drive_->speed_gain + h * drive_->integral_gain;
+    led_speed_ += drive_->integral_gain * integral_ / gain;
+    yield_ += 1 / gain;
+  }
   const auto open = [&](double play, double lower, double upper) {
     const double stretch = stiffness * (twist - play);
     double weight = h * slope, motor = 0;
-    if (torque_mode) {
+    if (free_rotor_) {
       const double torque = std::clamp(value, -most, most);
-      motor_share_ = h * slope / (inertia + h * slope);
-      free_motor_speed_ = motor = (inertia * motor_speed_ + h * torque - h * stretch) / (inertia + h * slope);
+      motor = (inertia * motor_speed_ + h * torque - h * stretch) / (inertia + h * slope);
       weight *= inertia / (inertia + h * slope);
     } else {
-      motor_share_ = 0;
-      free_motor_speed_ = motor = supply * set_speed(value, motor_angle_, h, hold);
+      motor = led_speed_ - yield_ * (stretch + slope * led_speed_) / (1 + slope * yield_);
+      weight /= 1 + slope * yield_;
     }
     const int row = rows.open(RowKind::drive);
     if (n_rows_ == 0) first_row_ = row;
     rows.add(dof_, 1);
     rows[row].weight = weight;
     rows[row].target = h * (stretch + slope * motor) / weight;
-    rows[row].lower = torque_mode ? (lower < 0 ? -std::numeric_limits<double>::infinity() : 0) : h * lower;
-    rows[row].upper = torque_mode ? (upper > 0 ? std::numeric_limits<double>::infinity() : 0) : h * upper;
+    rows[row].lower = free_rotor_ ? (lower < 0 ? -std::numeric_limits<double>::infinity() : 0) : h * lower;
+    rows[row].upper = free_rotor_ ? (upper > 0 ? std::numeric_limits<double>::infinity() : 0) : h * upper;
     rows[row].side = sides_[static_cast<std::size_t>(n_rows_++)];
   };
   if (line_.gap > 0) {  // one tooth face for each direction; each only pushes
@@ -145,19 +152,24 @@ void DriveUnit::close_rows(const RowSet& rows, const Eigen::VectorXd& impulse, d
   }
   saturated_for_ = saturated ? saturated_for_ + h : 0;
   if (line_.compliance > 0 || line_.gap > 0) {
-    if (drive_->mode == DriveMode::torque && motor_share_ > 0) {
+    if (free_rotor_) {
       // Momentum of the rotor with the torque that really went through.
       const double torque = std::clamp(value_, -largest_effort(), largest_effort());
       motor_speed_ += h / std::max(line_.rotor_inertia, 1e-9) * (torque - effort_);
       motor_angle_ += h * motor_speed_;
     } else {
-      motor_speed_ = free_motor_speed_;
-      motor_angle_ += h * (saturated ? after : motor_speed_);  // a motor at its largest effort is dragged along
+      motor_speed_ = saturated ? after : led_speed_ - yield_ * effort_;  // a motor at its largest effort is dragged along
+      motor_angle_ += h * motor_speed_;
+      integrate(h, motor_speed_, saturated, count);
     }
-  } else if (drive_->speed_gain && drive_->integral_gain > 0 && n_rows_ > 0 && !saturated && count) {
-    integral_ += h * (target_speed_ - after);
+  } else {
+    integrate(h, after, saturated, count);
   }
   if (count) work_ += effort_ * h * 0.5 * (before + after);
+}
+
+void DriveUnit::integrate(double h, double speed, bool saturated, bool count) {
+  if (drive_->speed_gain && drive_->integral_gain > 0 && n_rows_ > 0 && !saturated && count) integral_ += h * (target_speed_ - speed);
 }
 
 }  // namespace rille

@@ -4,7 +4,7 @@
 //                     PI controller, effort = speed_gain e + integral_gain Int e dt, taken implicitly, its integral frozen while saturated
 //   torque            a given effort
 // With an elastic transmission or play (effects joint_elasticity, backlash) the motor angle is a state of its own; spring and damper are
-// implicit rows, and the rotor of a torque drive is eliminated by hand from the same step.
+// implicit rows, and the rotor of a torque drive, or what a servo yields, is eliminated by hand from the same step.
 #pragma once
 
 #include <array>
@@ -58,6 +58,7 @@ class DriveUnit {
   double largest_effort() const { return drive_->max_torque / (1 + line_.sag); }  // tau = max_torque (1 - sag tau/max_torque)
   void open_transmission(const Mechanism& mechanism, double h, bool hold, double value, RowSet& rows);
   void open_servo(const Mechanism& mechanism, double h, double speed, RowSet& rows);
+  void integrate(double h, double speed, bool saturated, bool count);  // the speed error
 
   const Drive* drive_;
   int dof_;
@@ -77,7 +78,8 @@ class DriveUnit {
   int n_rows_ = 0;
   double value_ = 0;          // mean of the set value over the step, behind the lag
   double given_effort_ = 0;   // without rows
-  double free_motor_speed_ = 0, motor_share_ = 0;  // speed of the rotor = free + share x speed of the joint
+  bool free_rotor_ = false;   // behind a transmission: accelerated by a given effort, not led by a servo
+  double led_speed_ = 0, yield_ = 0;  // of a servo behind a transmission: motor speed = led_speed - yield x effort
   double target_speed_ = 0;   // [rad/s] of the PI controller
 };
 

@@ -17,7 +17,6 @@ from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import ChannelFit, NamedTerm, Proof
 from rille.model.hypothesis import Setting
-from rille.model.recording import Recording
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int, str], None] | None
@@ -35,9 +34,9 @@ def prove(
     noise: Mapping[str, tuple[float, str]],
     window: float,
     terms: Sequence[NamedTerm] = (),
-    base: Sequence[Comparison] = (),
+    training: tuple[Sequence[Comparison], Sequence[Comparison]] = ((), ()),
     on_progress: Progress = None,
-) -> tuple[Proof, list[Comparison]]:
+) -> Proof:
     """Replays what was held out with the base model and with the setting on top.
 
     G = (R0 - R1) / (R0 - 1) with R the root of chi-squared per degree of freedom, starts marginalised; an R below that of noise, 1,
@@ -47,23 +46,16 @@ def prove(
     Parameters
     ----------
     simulators, noise, window : as of ``gather``. terms : as the answer names them; each is left out once if there are several.
-    base : the training part under the base model, for its channels.
-
-    Returns
-    -------
-    The proof; the recordings beside the improved model, training part first.
+    training : the part that was fitted, beside the base model and beside the improved one.
     """
     held = gather(simulators, parts.held_out, window=window, noise=noise, on_progress=on_progress) if parts.held_out else None
-    improved = [comparison_of(part) for part in _assumed(simulators, parts.training, setting, noise, window, on_progress).parts]
-    rows = [_fit(b, a, held_out=False) for b, a in zip(base, improved, strict=False)]
+    rows = [_fit(b, a, held_out=False) for b, a in zip(*training, strict=True)]
     if held is None:
         nothing = Proof(gap_closed=np.nan, low=np.nan, high=np.nan, before=np.nan, after=np.nan, floor=FLOOR, held_out="")
-        return _with_channels(nothing, rows), improved
+        return _with_channels(nothing, rows)
     after = held.relinearised(setting, on_progress)
     sizes = [_chi2(held, ()), _chi2(after, setting)]
-    for old, new in zip(held.parts, after.parts, strict=True):
-        improved.append(comparison_of(new))
-        rows.append(_fit(comparison_of(old), improved[-1], held_out=True))
+    rows += [_fit(comparison_of(old), comparison_of(new), held_out=True) for old, new in zip(held.parts, after.parts, strict=True)]
     low, high = _interval(*sizes)
     proof = Proof(
         gap_closed=_gap(sizes[0].sum(axis=1), sizes[1].sum(axis=1)),
@@ -75,18 +67,7 @@ def prove(
         held_out=parts.how,
         ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
     )
-    return _with_channels(proof, rows), improved
-
-
-def _assumed(
-    simulators: Simulators,
-    recordings: Sequence[Recording],
-    setting: Setting,
-    noise: Mapping[str, tuple[float, str]],
-    window: float,
-    on_progress: Progress,
-) -> ReplayEvidence:
-    return gather(simulators, recordings, window=window, noise=noise, assumed=setting, on_progress=on_progress)
+    return _with_channels(proof, rows)
 
 
 def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:

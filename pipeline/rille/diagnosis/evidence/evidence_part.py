@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,13 @@ Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Noise = Mapping[str, tuple[float, str]]
 Progress = Callable[[int, int, str], None] | None
+Memory = Literal["none", "fading", "lasting"]
 LAG = 0.1  # [s] before a window's first sample that a simulation begins: delays of sensors up to this need what was before
 UNSURE = 3.0  # times the smoother's standard deviation: under violent motion it says too little
 SLOW = 0.25  # [noise] offset of a channel over a window that no sensor is known to be free of; averages are not trusted beyond it
 NEAR = 3.0  # [standard deviations of the start] up to which what a repaired recording does to it is taken as linear
 REPLAYS = 2  # from where it is then, at most
+RUN_IN = 4.0  # [s] that lags, play and sloshing are run before a window that is looked at alone
 FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed start, the model is wrong and not the starts
 
 
@@ -58,7 +60,8 @@ class Part:
     first, last : (n_windows,) [s] what is compared. directions : of the start. samples, slopes : of each channel its samples, and
     (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
     error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
-    it [sigma].
+    it [sigma]. gain : of each channel (m,) [unit] standard deviation that what is left open of the start gives to it. unfit : windows that
+    no start near the recorded one fits.
     whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
     """
 
@@ -79,6 +82,8 @@ class Part:
     noise_from: tuple[str, ...]
     error: tuple[Array, ...]
     timing: tuple[Array, ...]
+    gain: tuple[Array, ...]
+    unfit: Whole
     whole: "Part | None" = None
     numbers: Whole | None = None
 
@@ -146,6 +151,8 @@ class Part:
             slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
             error=tuple(error[h] for error, h in zip(self.error, here, strict=True)),
             timing=tuple(timing[h] for timing, h in zip(self.timing, here, strict=True)),
+            gain=tuple(gain[h] for gain, h in zip(self.gain, here, strict=True)),
+            unfit=place[self.unfit][place[self.unfit] >= 0],
             whole=self.whole or self,
             numbers=windows if self.numbers is None else self.numbers[windows],
         )
@@ -162,13 +169,16 @@ class Part:
         return {}
 
     def with_noise(self, sigma: Mapping[str, float]) -> "Part":
-        """With the noise [unit] of channels by name in place of its own."""
+        """With the noise [unit] of innovations of channels by name in place of its own."""
         new = [sigma.get(s.channel.name, s.noise) for s in self.samples]
         return replace(
             self,
             samples=tuple(replace(s, noise=n) for s, n in zip(self.samples, new, strict=True)),
             slopes=tuple(slopes * (s.noise / n) for slopes, s, n in zip(self.slopes, self.samples, new, strict=True)),
             timing=tuple(timing * (s.noise / n) for timing, s, n in zip(self.timing, self.samples, new, strict=True)),
+            noise_from=tuple(
+                "innovations" if s.channel.name in sigma else source for s, source in zip(self.samples, self.noise_from, strict=True)
+            ),
         )
 
     def residuals(self, settings: Sequence[Setting]) -> Array:
@@ -184,9 +194,9 @@ class Part:
                 result[k] = self._displaced(models[model], plan, self._residual(self._reread(models[model], plan), plan))
             else:
                 plain.setdefault(model, []).append(k)
-        for remembers in (False, True):
-            chosen = [m for m in plain if bool(models[m].has_memory) == remembers]
-            answers = self._predicted([models[m] for m in chosen], remembers) if chosen else []
+        for memory in ("none", "fading", "lasting"):
+            chosen = [m for m, asked in plain.items() if self._memory(models[m], settings[asked[0]]) == memory]
+            answers = self._predicted([models[m] for m in chosen], memory) if chosen else []
             for place, m in enumerate(chosen):
                 for k in plain[m]:
                     result[k] = self._displaced(models[m], plans[k], self._residual([a[place] for a in answers], plans[k]))
@@ -221,15 +231,39 @@ class Part:
             own.append(known[key])
         return models, own
 
-    def _predicted(self, models: Sequence[Any], remembers: bool) -> list[Array]:
+    def _memory(self, model: Any, setting: Setting) -> Memory:
+        """What a model of a setting knows of the time before a window: what wheels leave in the ground stays there, all else fades."""
+        if not model.has_memory:
+            return "none"
+        own = any(term.hypothesis.memory and term.hypothesis.target_kind == "wheel" for term in setting)
+        return "lasting" if own or self.simulator.has_memory else "fading"
+
+    def _predicted(self, models: Sequence[Any], memory: Memory) -> list[Array]:
         """Of each channel (n_models, m) what the models say from the fitted starts."""
-        source = self.whole if remembers and self.whole is not None else self
-        picks = [(s.window, s.time) for s in source.samples]
-        bare = [s.channel for s in source.samples]
-        answers = self.simulator.predict_many(models, source.states, source.last, bare, picks, carried=remembers)
-        if source is self or self.numbers is None:
-            return answers
-        return [answer[:, np.isin(s.window, self.numbers)] for answer, s in zip(answers, source.samples, strict=True)]
+        alone = memory == "none" or self.numbers is None
+        stretches: list[tuple[Part, Whole | None]] = [(self, None)] if alone else self._led_up_to(memory)
+        found = []
+        for part, numbers in stretches:
+            picks = [(s.window, s.time) for s in part.samples]
+            bare = [s.channel for s in part.samples]
+            answers = self.simulator.predict_many(models, part.states, part.last, bare, picks, carried=memory != "none")
+            if numbers is not None and self.numbers is not None:
+                answers = [a[:, np.isin(numbers[s.window], self.numbers)] for a, s in zip(answers, part.samples, strict=True)]
+            found.append(answers)
+        return found[0] if len(found) == 1 else [np.concatenate(pieces, axis=1) for pieces in zip(*found, strict=True)]
+
+    def _led_up_to(self, memory: Memory) -> list[tuple["Part", Whole | None]]:
+        """Stretches of neighbouring windows of the whole that end in those of a subset, and their numbers: all before them of what lasts,
+        of what fades those of ``RUN_IN``.
+        """
+        whole, numbers = self.whole or self, self.numbers if self.numbers is not None else np.arange(len(self.first))
+        reach = RUN_IN if memory == "fading" else np.inf
+        needed = np.zeros(len(whole.first), dtype=bool)
+        for number in numbers:
+            needed[: number + 1] |= whole.last[: number + 1] > whole.first[number] - reach
+        chosen = np.flatnonzero(needed)
+        stretches = np.split(chosen, np.flatnonzero(np.diff(chosen) > 1) + 1)
+        return [(whole.only(stretch), stretch) for stretch in stretches]
 
     def _plan(self, faults: Setting) -> _Plan:
         touched = [c for c in self.channels if c.name in self.shows and any(concerns(t, c) for t in (*faults, *sensor_terms(self.assumed)))]
@@ -422,6 +456,8 @@ def gather_part(
         noise_from=tuple(noise[c.name][1] for c in channels),
         error=error,
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
+        gain=tuple(fit.gain),
+        unfit=fit.unfit,
     )
 
 
