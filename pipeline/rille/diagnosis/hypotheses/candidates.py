@@ -139,7 +139,7 @@ def _free(
     if number.search == "time":
         return _in_time(number, scales, location)
     if number.search == "scale":
-        lower, upper = max(number.lower, number.start / FAR), min(number.upper, number.start * FAR)
+        lower, upper = max(number.lower, number.start / FAR), min(number.upper, max(number.start, number.spread) * FAR)
         return replace(number, lower=lower, upper=upper, start=min(max(number.start, lower), upper))
     if number.search == "order" and "s" in here:
         fastest = 3.0 * here["s"] / max(scales.interval, 1e-6)  # half a turn of its phase from one sample to the next
