@@ -226,7 +226,7 @@ class ToyEvidence:
             z = -np.stack([np.linalg.solve(np.eye(4) + a.T @ a, a.T @ b) for a, b in zip(d, r, strict=True)], axis=1)
         return replace(self, fitted=z, start_gain=derivatives(self, setting, z))
 
-    def subset(self, windows):
+    def subset(self, windows, *, roughly=False):
         rows = np.isin(self.window, windows)
         return replace(self, measured=self.measured[windows], begin=self.begin[windows], smoothed=self.smoothed[:, windows],
                        fitted=self.fitted[:, windows], start_gain=self.start_gain[rows], run=self.run[windows])  # fmt: skip

@@ -8,10 +8,10 @@ import pytest
 from rille import simulate, store
 from rille.diagnosis.answer.prove import prove
 from rille.diagnosis.evidence import evidence_part
-from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.held_out import Parts, cut_in_time
 from rille.diagnosis.evidence.replay_evidence import gather
+from rille.diagnosis.evidence.window_and_step import window_and_step
 from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.starts.noise_floor import shared_noise
@@ -211,6 +211,7 @@ def test_the_step_is_as_large_as_the_noise_allows(make_model):
     run = cut_in_time(recorded(path, scenario, 1), 0, 2.8)
     noisy = replace(run, channels=tuple(replace(c, noise=100 * c.noise) if c.noise else c for c in run.channels))
     thin = replace(noisy, channels=tuple(replace(c, time=c.time[::8], value=c.value[::8]) if c.noise else c for c in noisy.channels))
-    steps = [diagnosis_step(simulate.Replayer(path), r, window=0.5, noise=shared_noise([r])) for r in (run, noisy, thin)]
+    known = {"window": 0.5, "duration": 2.8}
+    steps = [window_and_step(simulate.Replayer(path), r, noise=shared_noise([r]), **known)[1] for r in (run, noisy, thin)]
     assert steps[0] == steps[1] == 1e-3  # 450 Hz
     assert 1e-3 < steps[2] <= 0.5 * 8 / 450

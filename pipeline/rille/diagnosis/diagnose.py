@@ -14,11 +14,11 @@ from rille.diagnosis.answer.next_experiment import next_experiments
 from rille.diagnosis.answer.prove import carries_over, prove
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.comparison.difference import find_difference
-from rille.diagnosis.evidence.diagnosis_step import diagnosis_step
 from rille.diagnosis.evidence.held_out import Parts, extent, held_out_parts
 from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
-from rille.diagnosis.evidence.window_length import LENGTHS, window_length
+from rille.diagnosis.evidence.window_and_step import window_and_step
+from rille.diagnosis.evidence.window_length import LENGTHS
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind
 from rille.diagnosis.hypotheses.natural import natural
 from rille.diagnosis.hypotheses.tries import place_tries
@@ -62,8 +62,8 @@ def _length(options: Options) -> float:
 class _Gathered:
     """Evidence of recordings, gathered when it is first asked for: a diagnosis that goes on where it was may need it late, or never."""
 
-    def __init__(self, simulators: Callable[[str], Any], recordings: Sequence[Recording], *, noise: Noise, window: float) -> None:
-        self._gather = lambda told: gather(simulators, recordings, noise=noise, window=window, on_progress=told)
+    def __init__(self, simulators: Callable[[str], Any], recordings: Sequence[Recording], like: dict[str, Any]) -> None:
+        self._gather = lambda told: gather(simulators, recordings, **like, on_progress=told)
         self._found: ReplayEvidence | None = None
 
     def __call__(self, told: Told) -> ReplayEvidence:
@@ -99,29 +99,29 @@ def diagnose(
     run = Staged(on_progress, stage)
     parts = held_out_parts(recordings, held_out, _length(chosen))
     noise = shared_noise([*parts.training, *parts.held_out])
-    window, step = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
-    chosen = replace(chosen, window=window)
+    window, step, rough = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
 
     def coarse(scenario: str) -> Any:
         simulator = simulators(scenario)
         return simulator if step == simulator.step else simulator.changed(step=step)
 
-    return _diagnosed(coarse, parts, noise, kinds, chosen, run)
+    like: dict[str, Any] = {"noise": noise, "window": window, "rough": rough}
+    return _diagnosed(coarse, parts, like, kinds, chosen, run)
 
 
-def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> tuple[float, float]:
-    """Length of windows and step of all replays [s]: what the first recording allows."""
+def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> tuple[float, float, float | None]:
+    """Length of windows, step of all replays, and of first looks [s]: what the first recording allows."""
     recording = parts.training[0]
     simulator = simulators(recording.scenario or "")
     duration = sum(last - first for first, last in map(extent, parts.training))
-    window = options.window or window_length(simulator, recording, duration=duration, noise=noise)
-    return window, diagnosis_step(simulator, recording, window=window, noise=noise)
+    return window_and_step(simulator, recording, noise=noise, duration=duration, window=options.window)
 
 
 def _diagnosed(
-    simulators: Callable[[str], Any], parts: Parts, noise: Noise, kinds: Sequence[EffectKind], options: Options, run: Staged
+    simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], kinds: Sequence[EffectKind], options: Options, run: Staged
 ) -> Diagnosis:
-    evidence = _Gathered(simulators, parts.training, noise=noise, window=_length(options))
+    """like : how evidence is gathered."""
+    evidence = _Gathered(simulators, parts.training, like)
     base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: [comparison_of(part) for part in evidence(told).parts])
     difference = find_difference(base)
     location = locate(difference, base)
@@ -134,13 +134,13 @@ def _diagnosed(
     if not difference.differs:
         return _answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing")
     found, unknown, improved = run.run(
-        "search", 0.2, 0.8, lambda told: _search(evidence(told), machine, parts, noise, base, location, kinds, options, told)
+        "search", 0.2, 0.8, lambda told: _search(evidence(told), machine, parts, like["noise"], base, location, kinds, options, told)
     )
     setting = (*found.setting, *(unknown.setting if unknown is not None else ()))
     proof = None
     if setting:
-        like = {"noise": noise, "window": _length(options), "terms": found.terms, "training": (base, improved)}
-        proof = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, on_progress=told))
+        shown = {"terms": found.terms, "training": (base, improved)}
+        proof = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
     if proof is not None and found.verdict in NAMING and not carries_over(proof):
         found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))

@@ -33,6 +33,7 @@ def prove(
     *,
     noise: Mapping[str, tuple[float, str]],
     window: float,
+    rough: float | None = None,
     terms: Sequence[NamedTerm] = (),
     training: tuple[Sequence[Comparison], Sequence[Comparison]] = ((), ()),
     on_progress: Progress = None,
@@ -45,10 +46,10 @@ def prove(
 
     Parameters
     ----------
-    simulators, noise, window : as of ``gather``. terms : as the answer names them; each is left out once if there are several.
+    simulators, noise, window, rough : as of ``gather``. terms : as the answer names them; each is left out once if there are several.
     training : the part that was fitted, beside the base model and beside the improved one.
     """
-    held = gather(simulators, parts.held_out, window=window, noise=noise, on_progress=on_progress) if parts.held_out else None
+    held = gather(simulators, parts.held_out, window=window, noise=noise, rough=rough, on_progress=on_progress) if parts.held_out else None
     rows = [_fit(b, a, held_out=False) for b, a in zip(*training, strict=True)]
     if held is None:
         nothing = Proof(gap_closed=np.nan, low=np.nan, high=np.nan, before=np.nan, after=np.nan, floor=FLOOR, held_out="")

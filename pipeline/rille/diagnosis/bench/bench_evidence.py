@@ -78,7 +78,7 @@ class BenchEvidence:
         """Itself: there are no starts."""
         return self
 
-    def subset(self, windows: Whole) -> "BenchEvidence":
+    def subset(self, windows: Whole, *, roughly: bool = False) -> "BenchEvidence":  # as good for a first look as for all
         """Only these windows (ascending), renumbered from 0."""
         kept = np.isin(self.window, windows)
         place = np.cumsum(kept) - 1

@@ -56,8 +56,8 @@ class Evidence(Protocol):
         """The same data with starts fitted, and D taken, under another setting. Settings stay on top of the base model."""
         ...
 
-    def subset(self, windows: Whole) -> "Evidence":
-        """Only these windows (ascending numbers), renumbered from 0."""
+    def subset(self, windows: Whole, *, roughly: bool = False) -> "Evidence":
+        """Only these windows (ascending numbers), renumbered from 0. roughly : good enough for a first look."""
         ...
 
 

@@ -15,7 +15,7 @@ from rille.diagnosis.evidence.evidence import ENDED
 from rille.diagnosis.hypotheses.sensor_faults import concerns, moves_time, repaired, said, true_instants
 from rille.diagnosis.starts.noise_floor import difference_noise, quantisation, steady_rounding
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
-from rille.diagnosis.starts.start_fit import FARTHEST, Directions, Samples, fit_starts, residuals
+from rille.diagnosis.starts.start_fit import FARTHEST, Directions, Samples, between, fit_starts, residuals
 from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.diagnosis.starts.step_error import finest, step_error, timing
@@ -62,6 +62,7 @@ class Part:
     error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
     it [sigma]. gain : of each channel (m,) [unit] standard deviation that what is left open of the start gives to it. unfit : windows that
     no start near the recorded one fits.
+    rough : the simulator with larger steps for what is looked at first, None: there is none.
     whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
     """
 
@@ -84,6 +85,7 @@ class Part:
     timing: tuple[Array, ...]
     gain: tuple[Array, ...]
     unfit: Whole
+    rough: Any = None
     whole: "Part | None" = None
     numbers: Whole | None = None
 
@@ -157,6 +159,16 @@ class Part:
             numbers=windows if self.numbers is None else self.numbers[windows],
         )
 
+    def roughly(self) -> "Part":
+        """For a first look: replayed with larger steps, what they change under the setting that starts were fitted under taken off."""
+        if self.rough is None:
+            return self
+        bare, picks = [s.channel for s in self.samples], [(s.window, s.time) for s in self.samples]
+        models = [applied(one, self.assumed) for one in (self.simulator, self.rough)]
+        fine, coarse = (model.predict(self.states[None], self.last, bare, picks) for model in models)
+        changes = [np.nan_to_num(between(s, b[0], a[0])) for s, a, b in zip(self.samples, fine, coarse, strict=True)]
+        return replace(self, simulator=self.rough, error=tuple(e + c for e, c in zip(self.error, changes, strict=True)))
+
     def only(self, windows: Whole) -> "Part":
         """``subset``, kept: the same few windows are asked for again and again."""
         key = windows.tobytes()
@@ -177,7 +189,7 @@ class Part:
             slopes=tuple(slopes * (s.noise / n) for slopes, s, n in zip(self.slopes, self.samples, new, strict=True)),
             timing=tuple(timing * (s.noise / n) for timing, s, n in zip(self.timing, self.samples, new, strict=True)),
             noise_from=tuple(
-                "innovations" if s.channel.name in sigma else source for s, source in zip(self.samples, self.noise_from, strict=True)
+                "innovations" if n != s.noise else source for s, n, source in zip(self.samples, new, self.noise_from, strict=True)
             ),
         )
 
@@ -207,7 +219,8 @@ class Part:
         whole = self.whole or self
         noise = {c.name: (s.noise, source) for c, s, source in zip(whole.channels, whole.samples, whole.noise_from, strict=True)}
         recording = replace(whole.recording, channels=tuple(c for c in whole.recording.channels if c.role != "observed" or c.name in noise))
-        like = {"window": whole.widest, "noise": noise, "kept": {s.channel.name: s.time for s in whole.samples}}
+        like: dict[str, Any] = {"window": whole.widest, "noise": noise, "kept": {s.channel.name: s.time for s in whole.samples}}
+        like["rough"] = whole.rough.step if whole.rough is not None else None
         made = gather_part(whole.simulator, recording, assumed=setting, near=whole, on_progress=on_progress, **like)
         return made if self.numbers is None else made.subset(self.numbers)
 
@@ -384,6 +397,7 @@ def gather_part(
     corrected: bool = True,
     kept: Mapping[str, Array] | None = None,
     near: Part | None = None,
+    rough: float | None = None,
     on_progress: Progress = None,
 ) -> Part:
     """Windows of a recording with starts fitted under a setting.
@@ -392,6 +406,7 @@ def gather_part(
     most : windows at most, spread over the recording. corrected : whether what the step does is found and taken off (``step_error``).
     kept : of channels by name the instants (m,) [s] of the samples that take part; None: of all but those at jumps.
     near : the same windows with starts fitted under another setting; its derivatives are good to begin with.
+    rough : step [s] that is good enough for derivatives and first looks, a multiple of the simulator's; None: there is none.
 
     Raises
     ------
@@ -403,9 +418,10 @@ def gather_part(
         c for c in with_steady_quaternions(recording.with_role("observed")) if not why_unfit(c, recording) and noise[c.name][0] > 0
     )
     shows = [c for c in channels if c.quantity in MOTION_QUANTITIES]
-    parts = cut(recording, shows, window, grid or base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
+    parts = cut(recording, shows, window, grid or rough or base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
     if most is not None:
         parts = _some(parts, most)
+    larger = base.changed(step=rough) if rough else None
     model, faults = applied(base, assumed), sensor_terms(assumed)
     starts = start_states(
         model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
@@ -427,15 +443,20 @@ def gather_part(
         both = zip(samples, step_error(model, states, parts.stops, samples)[0], strict=True)
         return [said(faults, s.channel, s.value + e, s.time) - said(faults, s.channel, s.value, s.time) for s, e in both]
 
-    say = [c.name in heard for c in channels]
-    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown if corrected else None, known=known)
+    like = {
+        "say": [c.name in heard for c in channels],
+        "far": FAR,
+        "error": shown if corrected else None,
+        "rough": _Watched(applied(larger, assumed), faults) if larger is not None else None,
+    }
+    fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
     error = tuple(np.zeros(len(s.time)) for s in samples)
     if corrected:
         error, jumps = step_error(model, fit.states, parts.stops, samples)
         if kept is None and any(jump.any() for jump in jumps):
             samples = [_some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
             known = fit.directions, [slopes[:, ~jump] for slopes, jump in zip(fit.slopes, jumps, strict=True)]
-            fit = fit_starts(watched, starts, parts.stops, samples, on_progress, say=say, far=FAR, error=shown, known=known)
+            fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
             error, _ = step_error(model, fit.states, parts.stops, samples)
     placed = fit.states, parts.stops, samples
     return Part(
@@ -458,6 +479,7 @@ def gather_part(
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
         gain=tuple(fit.gain),
         unfit=fit.unfit,
+        rough=larger,
     )
 
 
@@ -502,7 +524,7 @@ class _Watched:
 
 
 def innovation_noise(part: Part) -> dict[str, float]:
-    """Noise [unit] of channels that state none, from what the simulation leaves, where that is less than what was taken."""
+    """Noise [unit] of channels that state none, from what the simulation leaves; what was taken before where that is not less."""
     found = {}
     left = np.empty(len(part.order))
     left[part.order] = part.residuals([part.assumed])[0]
@@ -512,6 +534,5 @@ def innovation_noise(part: Part) -> dict[str, float]:
             continue
         own = np.argsort(s.time, kind="stable")
         sigma = difference_noise(s.time[own], (left[first : first + len(s.time)] * s.noise)[own])
-        if quantisation(channel) < sigma < s.noise:
-            found[channel.name] = sigma
+        found[channel.name] = sigma if quantisation(channel) < sigma < s.noise else s.noise
     return found

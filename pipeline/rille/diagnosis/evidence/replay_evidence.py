@@ -26,6 +26,7 @@ def gather(
     window: float = 0.5,
     noise: Noise | None = None,
     assumed: Setting = (),
+    rough: float | None = None,
     on_progress: Progress = None,
 ) -> "ReplayEvidence":
     """Cuts recordings into windows, fits the starts of all, and keeps how their samples answer to the starts.
@@ -34,7 +35,7 @@ def gather(
     ----------
     simulators : of scenarios by name, as ``rille.simulate.Replayer``; or a function from the name. They stay as they are. window : [s].
     noise : of channels by name with where it is from, as of ``shared_noise``; None: from these recordings. assumed : setting under which
-        starts are fitted; () is the base model.
+        starts are fitted; () is the base model. rough : as of ``gather_part``.
 
     Raises
     ------
@@ -49,7 +50,7 @@ def gather(
                 on_progress(number * total + done, len(recordings) * total, stage)
 
         simulator = of_scenario(simulators, recording.scenario)
-        parts.append(gather_part(simulator, recording, window=window, noise=noise, assumed=assumed, on_progress=report))
+        parts.append(gather_part(simulator, recording, window=window, noise=noise, assumed=assumed, rough=rough, on_progress=report))
     return ReplayEvidence(_with_innovations(parts), window=window)
 
 
@@ -60,7 +61,7 @@ def _with_innovations(parts: Sequence[Part]) -> list[Part]:
         for name, sigma in innovation_noise(part).items():
             found.setdefault(name, []).append(sigma)
     sigma = {name: sorted(values)[len(values) // 2] for name, values in found.items()}
-    return [part.with_noise(sigma) for part in parts] if sigma else list(parts)
+    return [part.with_noise(sigma) for part in parts]
 
 
 class ReplayEvidence:
@@ -105,11 +106,12 @@ class ReplayEvidence:
         """The same windows and noise with starts fitted under a setting."""
         return ReplayEvidence([part.relinearised(setting, on_progress) for part in self.parts], window=self.length)
 
-    def subset(self, windows: Whole) -> "ReplayEvidence":
-        """Only these windows (ascending numbers), renumbered from 0. Recordings without any are left out."""
+    def subset(self, windows: Whole, *, roughly: bool = False) -> "ReplayEvidence":
+        """Only these windows (ascending numbers), renumbered from 0. Recordings without any are left out. roughly : for a first look."""
         firsts = np.searchsorted(self.run, np.arange(len(self.parts) + 1))
         chosen = [windows[(windows >= a) & (windows < b)] - a for a, b in pairwise(firsts)]
-        return ReplayEvidence([p.subset(c) for p, c in zip(self.parts, chosen, strict=True) if len(c)], window=self.length)
+        parts = [p.subset(c) for p, c in zip(self.parts, chosen, strict=True) if len(c)]
+        return ReplayEvidence([part.roughly() if roughly else part for part in parts], window=self.length)
 
 
 def _key(channel: Channel) -> tuple[str, str, str, str]:

@@ -28,13 +28,16 @@ FAR_OFF = 10.0  # [noise] root mean square of the residuals
 MOST = 1e3  # [noise] larger residuals count as this
 
 
-def window_length(simulator: Any, recording: Recording, *, duration: float, noise: Mapping[str, tuple[float, str]]) -> float:
+def window_length(
+    simulator: Any, recording: Recording, *, duration: float, noise: Mapping[str, tuple[float, str]], grid: float | None = None
+) -> tuple[float, Part | None]:
     """Length of windows [s]: the longest of ``LENGTHS`` in which starts drawn from what the recording leaves open answer linearly, and the
-    model is not far off.
+    model is not far off; and the windows that showed that, None where none did and the last length is taken.
 
     Parameters
     ----------
     simulator : as ``rille.simulate.Replayer``; it stays as it is. duration : [s] of all recordings together. noise : of channels by name.
+    grid : [s], windows begin and end at whole multiples.
 
     Raises
     ------
@@ -44,11 +47,11 @@ def window_length(simulator: Any, recording: Recording, *, duration: float, nois
         if duration < LEAST * length:
             continue
         most = int(np.clip(SECONDS / length, *WINDOWS))
-        part = gather_part(simulator, recording, window=length, noise=noise, most=most, corrected=False)
+        part = gather_part(simulator, recording, window=length, noise=noise, grid=grid, most=most, corrected=False)
         answers = _answers(part, part.states)
         if _bend(part, answers) < BENT and _misfit(part, answers) < FAR_OFF:
-            return length
-    return LENGTHS[-1]
+            return length, part
+    return LENGTHS[-1], None
 
 
 def _answers(part: Part, states: Array) -> list[Array]:

@@ -22,6 +22,7 @@ ITERATIONS = 10
 # Lengths and dampings (Marquardt 1963) of a step that are tried together, one row after the other until one helps.
 TRIALS = (((1.0, 0.4), ()), ((0.12, 0.03), ()), ((), (1.0, 10.0, 100.0)))
 CONVERGED = 0.05  # [nats] expected gain below which a fit has arrived
+BEHIND = 0.1  # of what it is behind the best of those that are fitted together, for the same
 CHANGE = 0.03  # of a number's size, for its derivative at first
 LEAST_CHANGE, MOST_CHANGE = 0.003, 0.1  # of an amplitude's size
 LEAST_SHAPE, MOST_SHAPE = 0.03, 0.2  # of another number's: solvers resolve times by steps
@@ -76,10 +77,12 @@ def fit(evidence: Evidence, setting: Setting, *, on_progress: Progress | None = 
 def fit_together(judge: Judge, starts: Sequence[Sequence[Setting]], *, on_progress: Progress | None = None) -> list[Fitted]:
     """Of each entry (the same hypotheses, begun at several places) the best fit."""
     tell = None if on_progress is None else (lambda share: on_progress("fitting", share))
-    return ask_together(judge, [_inquire(judge, several) for several in starts], tell)
+    known: list[float] = []
+    return ask_together(judge, [_inquire(judge, several, known) for several in starts], tell)
 
 
-def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
+def _inquire(judge: Judge, several: Sequence[Setting], known: list[float]) -> Inquiry[Fitted]:
+    """One fit. known : chi-squared that it and others have come to."""
     blocks = yield list(several)
     best = int(np.argmin(np.sum(blocks**2, axis=1)))
     setting, residual, replays = several[best], blocks[best].copy(), len(several)
@@ -98,6 +101,7 @@ def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
         loud, deaf = answers > LOUD * float(residual @ residual), answers < DEAF
         jacobian = (blocks / np.where(steps == 0, 1.0, steps)[:, None]).astype(np.float32)
         chi2 = float(residual @ residual)
+        known.append(chi2)
         kappa = max(1.0, chi2 / max(judge.degrees - len(unknowns), 1.0))
         gram = (jacobian @ jacobian.T).astype(float) / kappa + np.diag(precision)
         slope = (jacobian @ residual.astype(np.float32)).astype(float) / kappa + precision * (where - centre)
@@ -111,7 +115,7 @@ def _inquire(judge: Judge, several: Sequence[Setting]) -> Inquiry[Fitted]:
         least, largest = np.where(amplitude, LEAST_CHANGE, LEAST_SHAPE) * sizes, np.where(amplitude, MOST_CHANGE, MOST_SHAPE) * sizes
         change = np.clip(ERRORS / np.sqrt(np.maximum(np.diagonal(gram), 1e-300)), least, largest)
         change = np.where(loud, np.minimum(change, 0.1 * np.abs(steps)), np.where(deaf, 4.0 * np.abs(steps), change))
-        if drop < 2 * CONVERGED and not loud.any():
+        if drop < max(2 * CONVERGED, BEHIND * (chi2 - min(known)) / kappa) and not loud.any():
             break
         prior = float(precision @ (where - centre) ** 2)
         better, gained = False, 0.0

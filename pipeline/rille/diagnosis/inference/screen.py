@@ -29,6 +29,7 @@ STUBBORN, MINUTE = 0.5, 0.01  # share of a change that is still there after a sm
 PROMISING = 0.01  # share of the excess that must be expected for a hypothesis to be run in all windows
 LITTLE = 0.05  # of the degrees of freedom, that count as excess at least: the noise may be overstated
 BESIDE_THE_BEST = 0.05  # of what the best promises, for the same: what promises less is looked for on top of that
+ENOUGH, BESIDE_ENOUGH = 0.95, 0.2  # share of the excess from which on the best leaves nothing for others, and the same then
 LEAST_DROP = 4.0  # of chi-squared, for the same
 STEEP = 4.0  # times what a change in proportion to the step would be, that tell a threshold
 WORTH_A_SCAN = 0.05  # share of the excess that must be promised for a broken promise to be looked into
@@ -132,7 +133,9 @@ def screen(
     count = int(np.clip(max(len(worst) // PART, np.ceil(FEW_SECONDS / length)), *FEW_WINDOWS))
     if len(worst) >= 2 * count:
         spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
-        few = Judge(evidence.subset(np.union1d(worst[: count // 2], spread)), judge.on_top, floor=judge.floor)
+        slow = all(number.search != "order" for h in hypotheses for number in h.free)  # ripples are faster than large steps
+        chosen = np.union1d(worst[: count // 2], spread)
+        few = Judge(evidence.subset(chosen, roughly=slow), judge.on_top, floor=judge.floor)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
     loud = loud_channels(judge)
     closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
@@ -140,7 +143,11 @@ def screen(
     proposals = ask_together(few, questions, tell)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
     most = max((share for p in proposals for share, _ in p.offers), default=0.0)
-    proposals = [replace(p, offers=tuple(o for o in p.offers if o[0] > BESIDE_THE_BEST * most)) for p in proposals]
+    least = (BESIDE_ENOUGH if most * few.chi2 > ENOUGH * few.excess > 0 else BESIDE_THE_BEST) * most
+    proposals = [
+        replace(p, offers=tuple(o for o in p.offers if o[0] > (BESIDE_THE_BEST * most if _is_local(h) else least)))
+        for h, p in zip(hypotheses, proposals, strict=True)
+    ]
     signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
     kept = without_doubles(signatures)
     kept.sort(key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))
@@ -233,6 +240,8 @@ def _scanned(
         ordered = sorted(known)
         best = max(range(len(ordered)), key=lambda k: (known[ordered[k]], k))
         low, high = ordered[max(best - 1, 0)], ordered[min(best + 1, len(ordered) - 1)]
+        if best == 0 and known[ordered[0]] < 0:  # felt already, and for the worse: less of it is no better
+            break
         if known[ordered[best]] > KEPT * max(promised, judge.excess) or high < CLOSE * low:
             break
     return offers
@@ -348,7 +357,11 @@ def _offers(judge: Judge, hypothesis: Hypothesis, trials: Sequence[_Trial]) -> l
         else:
             upper = np.full(len(group), np.inf)
             lower = -upper
-        steps, drop = bounded_minimum(columns @ columns.T, columns @ judge.base, lower, upper)
+        gram, slope = columns @ columns.T, columns @ judge.base
+        steps, drop = bounded_minimum(gram, slope, lower, upper)
+        if phase is None and any(trial.number.lower > trial.number.absent for trial in group):  # there or not: not a little of it
+            steps = np.clip(steps, [trial.number.lower - trial.number.absent for trial in group], upper)
+            drop = float(-2 * slope @ steps - steps @ gram @ steps)
         if drop <= 0:
             continue
         values = dict(shape)

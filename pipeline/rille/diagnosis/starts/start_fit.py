@@ -96,8 +96,8 @@ def between(samples: Samples, after: Array, before: Array) -> Array:
 class _Problem:
     """Standardised residuals of all windows for start states moved by standard deviations."""
 
-    def __init__(self, simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples]) -> None:
-        self.simulator, self.starts, self.stops, self.samples = simulator, starts, stops, samples
+    def __init__(self, simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples], rough: Any = None) -> None:
+        self.simulator, self.starts, self.stops, self.samples, self.rough = simulator, starts, stops, samples, rough or simulator
         self.n_windows = len(stops)
         self.horizon = 1.0  # share of every window that counts
         begin = starts.states[:, 0]
@@ -112,10 +112,10 @@ class _Problem:
         """Samples of a channel (m,) within the horizon."""
         return self._shares[number] <= self.horizon + 1e-6
 
-    def standardised(self, standard: Array, windows: NDArray[np.int64]) -> list[Array]:
+    def standardised(self, standard: Array, windows: NDArray[np.int64], simulator: Any = None) -> list[Array]:
         """Residuals (k, m) in sigmas of each channel, of samples in ``windows`` within the horizon; others are NaN.
 
-        standard : (k, n_windows, n_coordinates, 2).
+        standard : (k, n_windows, n_coordinates, 2). simulator : another one, for derivatives.
         """
         states = self.states(standard)[:, windows]
         place = np.full(self.n_windows, -1)
@@ -124,7 +124,7 @@ class _Problem:
         picks = [(place[s.window[here]], s.time[here]) for s, here in zip(self.samples, chosen, strict=True)]
         begin = states[0, :, 0]
         stops = begin + np.minimum(1.0, self.horizon) * (self.stops[windows] - begin)
-        answers = self.simulator.predict(states, stops, [s.channel for s in self.samples], picks)
+        answers = (simulator or self.simulator).predict(states, stops, [s.channel for s in self.samples], picks)
         result = []
         for s, here, answer in zip(self.samples, chosen, answers, strict=True):
             full = np.full((len(standard), len(s.time)), np.nan)
@@ -146,6 +146,7 @@ def fit_starts(
     far: float = 1.0,
     error: Callable[[Array], Sequence[Array]] | None = None,
     known: tuple[Directions, Sequence[Array]] | None = None,
+    rough: Any = None,
 ) -> StartFit:
     """Fitted start states.
 
@@ -157,8 +158,9 @@ def fit_starts(
         what it would show without. None: nothing.
     known : directions and slopes of a model much alike to begin with, taken anew in windows where they do not foretell what steps do. None:
         they are found.
+    rough : a simulator with larger steps, that is good enough for derivatives. None: there is none.
     """
-    problem = _Problem(simulator, starts, stops, samples)
+    problem = _Problem(simulator, starts, stops, samples, rough)
     directions = known[0] if known is not None else _visible(problem, len(starts.coordinates))
     descent = _Descent(problem, directions, say, known[1] if known is not None else None)
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
@@ -194,7 +196,8 @@ def _linearised(problem: _Problem, standard: Array, directions: Directions, wind
     for number, group in enumerate(directions.groups):
         for k in group:
             sides[(number + 1, slice(None), *directions.columns[k])] += NUDGE
-    blocks = problem.standardised(sides, windows)
+    blocks = problem.standardised(sides, windows, problem.rough)
+    left = problem.standardised(standard[None], windows) if problem.rough is not problem.simulator else blocks
     derivatives = []
     for channel, block in enumerate(blocks):
         slopes = np.zeros((len(directions.columns), block.shape[1]))
@@ -203,7 +206,7 @@ def _linearised(problem: _Problem, standard: Array, directions: Directions, wind
                 if directions.touches[k, channel]:
                     slopes[k] = np.nan_to_num(-(block[number + 1] - block[0]) / NUDGE)
         derivatives.append(slopes)
-    return derivatives, [np.nan_to_num(block[0]) for block in blocks]
+    return derivatives, [np.nan_to_num(block[0]) for block in left]
 
 
 def _visible(problem: _Problem, n_coordinates: int) -> Directions:
