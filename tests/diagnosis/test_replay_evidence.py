@@ -194,11 +194,12 @@ def test_the_proof_closes_the_gap_with_the_truth_and_not_with_something_else(mak
     parts = Parts(training=(cut_in_time(run, 0, 5.2),), held_out=(cut_in_time(run, 5.2, 9),), how="the end")
     given = {"noise": shared_noise([run]), "window": 0.5}
     simulators = {"swing": simulate.Replayer(base)}
-    proof = prove(simulators, parts, (RIVALS[1].at({"torque": 0.01}),), **given)
+    proof, improved = prove(simulators, parts, (RIVALS[1].at({"torque": 0.01}),), **given)
     assert proof.gap_closed > 0.95
     assert proof.low > 0.8
     assert all(row.held_out and row.rms_after < row.rms_before for row in proof.channels if row.channel.startswith("angle"))
-    wrong = prove(simulators, parts, (RIVALS[5].at({"mass": 0.01}), RIVALS[1].at({"torque": 0.01})), **given)
+    assert len(improved) == 1
+    wrong, _ = prove(simulators, parts, (RIVALS[5].at({"mass": 0.01}), RIVALS[1].at({"torque": 0.01})), **given)
     assert wrong.gap_closed < proof.gap_closed
     assert dict(wrong.ablation)["mass_change of link2"] > wrong.gap_closed
 

@@ -45,11 +45,12 @@ def values(kind, scale=1.0):
 
 
 def model(path, *effects):
-    """A cart with grousers and a sensor that drives for 1 s up a gentle slope and turns its left wheels faster."""
+    """A cart with grousers and a sensor that drives for 1 s up a gentle slope and turns its left wheels faster; those have a soft servo."""
     rover = cart(5.0, 0.15, 0.165)
     wheels = tuple(replace(w, grouser=Grouser(count=24, height=0.01, thickness=0.002)) for w in rover.wheels)
     sensors = (Sensor(name="gyro", quantity="part.angular_velocity", target="chassis", rate=50.0),)
-    rover = replace(rover, wheels=wheels, sensors=sensors)
+    drives = tuple(replace(d, speed_gain=20.0, integral_gain=5.0) if "left" in d.name else d for d in rover.drives)
+    rover = replace(rover, wheels=wheels, sensors=sensors, drives=drives)
     commands = tuple(Command(drive=d.name, time=0.1, value=1.2 if "left" in d.name else 0.8) for d in rover.drives)
     scenario = Scenario(
         name="s",
@@ -90,9 +91,12 @@ def test_zero_leaves_every_bit(tmp_path, base, kind):
 
 @pytest.mark.parametrize("kind", store.effect_kinds(), ids=lambda kind: kind.name)
 def test_the_usual_size_changes_something_and_a_small_one_little(tmp_path, base, kind):
-    """At 1e-6 of the usual size the pose of the chassis may change by 1e-4 m at most: nothing jumps when an effect begins."""
+    """At 1e-6 of the usual size the pose of the chassis may change by 1e-4 m at most, and joints by 1e-4 rad: nothing jumps when an effect
+    begins.
+    """
     changed = tables(model(tmp_path / "model.db", Effect(kind=kind.name, parameters=values(kind))))
     assert changed != base
     small = tables(model(tmp_path / "small.db", Effect(kind=kind.name, parameters=values(kind, 1e-6))))
-    difference = np.array([row[3:6] for row in small["body_state"]]) - np.array([row[3:6] for row in base["body_state"]])
-    assert np.abs(difference).max() < 1e-4
+    for table, columns in (("body_state", slice(3, 6)), ("joint_state", slice(3, 4))):
+        difference = np.array([row[columns] for row in small[table]]) - np.array([row[columns] for row in base[table]])
+        assert np.abs(difference).max() < 1e-4

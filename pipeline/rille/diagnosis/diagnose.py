@@ -140,7 +140,7 @@ def _diagnosed(
     proof = None
     if setting:
         shown = {"terms": found.terms, "training": (base, improved)}
-        proof = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
+        proof, _ = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
     if proof is not None and found.verdict in NAMING and not carries_over(proof):
         found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))

@@ -1,6 +1,6 @@
 // Elastic transmission between motor and joint: tau = d / compliance + damping d',  d = motor angle - joint angle.
-// A speed drive leads the motor angle; a torque drive accelerates rotor_inertia. Source: M. W. Spong, "Modeling and control of elastic joint robots",
-// J. Dynamic Systems, Measurement and Control 109 (1987), eqs 6-7.
+// A speed drive leads the motor angle, as far as its gain goes; a torque drive accelerates rotor_inertia.
+// Source: M. W. Spong, "Modeling and control of elastic joint robots", J. Dynamic Systems, Measurement and Control 109 (1987), eqs 6-7.
 #include "effects/effect.hpp"
 
 namespace rille::effects {

@@ -37,7 +37,7 @@ def prove(
     terms: Sequence[NamedTerm] = (),
     training: tuple[Sequence[Comparison], Sequence[Comparison]] = ((), ()),
     on_progress: Progress = None,
-) -> Proof:
+) -> tuple[Proof, list[Comparison]]:
     """Replays what was held out with the base model and with the setting on top.
 
     G = (R0 - R1) / (R0 - 1) with R the root of chi-squared per degree of freedom, starts marginalised; an R below that of noise, 1,
@@ -48,15 +48,20 @@ def prove(
     ----------
     simulators, noise, window, rough : as of ``gather``. terms : as the answer names them; each is left out once if there are several.
     training : the part that was fitted, beside the base model and beside the improved one.
+
+    Returns
+    -------
+    The proof; the recordings beside the improved model, training part first.
     """
     held = gather(simulators, parts.held_out, window=window, noise=noise, rough=rough, on_progress=on_progress) if parts.held_out else None
     rows = [_fit(b, a, held_out=False) for b, a in zip(*training, strict=True)]
     if held is None:
         nothing = Proof(gap_closed=np.nan, low=np.nan, high=np.nan, before=np.nan, after=np.nan, floor=FLOOR, held_out="")
-        return _with_channels(nothing, rows)
+        return _with_channels(nothing, rows), [*training[1]]
     after = held.relinearised(setting, on_progress)
     sizes = [_chi2(held, ()), _chi2(after, setting)]
-    rows += [_fit(comparison_of(old), comparison_of(new), held_out=True) for old, new in zip(held.parts, after.parts, strict=True)]
+    improved = [comparison_of(part) for part in after.parts]
+    rows += [_fit(comparison_of(old), new, held_out=True) for old, new in zip(held.parts, improved, strict=True)]
     low, high = _interval(*sizes)
     proof = Proof(
         gap_closed=_gap(sizes[0].sum(axis=1), sizes[1].sum(axis=1)),
@@ -68,7 +73,7 @@ def prove(
         held_out=parts.how,
         ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
     )
-    return _with_channels(proof, rows)
+    return _with_channels(proof, rows), [*training[1], *improved]
 
 
 def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:
