@@ -13,6 +13,7 @@ from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
 from rille.diagnosis.answer.prove import carries_over, prove
 from rille.diagnosis.answer.statement import statement
+from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.comparison.difference import find_difference
 from rille.diagnosis.evidence.held_out import Parts, extent, held_out_parts
 from rille.diagnosis.evidence.part_comparison import comparison_of
@@ -40,6 +41,11 @@ MOST_ENDED = 0.5  # share of the windows that may end early
 UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
 NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
+CLEARLY = math.sqrt(2.0)  # times its noise: a channel that is off by as much as its noise is no false alarm
+HIDDEN = (
+    "a channel differs by {size:.2g} times its noise, but other starts of the windows would explain that as well: it may be something short "
+    "where two windows meet; diagnose with another --window, or record it again"
+)
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
 
@@ -57,19 +63,6 @@ class Options:
 
 def _length(options: Options) -> float:
     return options.window or LENGTHS[-1]
-
-
-class _Gathered:
-    """Evidence of recordings, gathered when it is first asked for: a diagnosis that goes on where it was may need it late, or never."""
-
-    def __init__(self, simulators: Callable[[str], Any], recordings: Sequence[Recording], like: dict[str, Any]) -> None:
-        self._gather = lambda told: gather(simulators, recordings, **like, on_progress=told)
-        self._found: ReplayEvidence | None = None
-
-    def __call__(self, told: Told) -> ReplayEvidence:
-        if self._found is None:
-            self._found = self._gather(told)
-        return self._found
 
 
 def diagnose(
@@ -121,8 +114,7 @@ def _diagnosed(
     simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], kinds: Sequence[EffectKind], options: Options, run: Staged
 ) -> Diagnosis:
     """like : how evidence is gathered."""
-    evidence = _Gathered(simulators, parts.training, like)
-    base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: [comparison_of(part) for part in evidence(told).parts])
+    base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: _compared(simulators, parts, like, told))
     difference = find_difference(base)
     location = locate(difference, base)
     simulator = simulators(parts.training[0].scenario or "")
@@ -134,17 +126,32 @@ def _diagnosed(
     if not difference.differs:
         return _answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing")
     found, unknown, improved = run.run(
-        "search", 0.2, 0.8, lambda told: _search(evidence(told), machine, parts, like["noise"], base, location, kinds, options, told)
+        "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, like, base, location, kinds, options, told)
     )
+    size = max(row.normalised for row in difference.channels if row.differs)
+    if found.verdict == "nothing_missing" and size > CLEARLY:
+        found = replace(found, verdict="cannot_know", notes=(*found.notes, HIDDEN.format(size=size)))
     setting = (*found.setting, *(unknown.setting if unknown is not None else ()))
     proof = None
     if setting:
         shown = {"terms": found.terms, "training": (base, improved)}
         proof, _ = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
-    if proof is not None and found.verdict in NAMING and not carries_over(proof):
+    if proof is not None and found.verdict in NAMING and not carries_over(proof, pieces=len(found.setting)):
         found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return _answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict)
+
+
+def _compared(simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], told: Told) -> list[Comparison]:
+    """The training part beside the base model."""
+    found = []
+    for k, recording in enumerate(parts.training):
+
+        def here(done: int, total: int, what: str, k: int = k) -> None:
+            told(k + done / max(total, 1), len(parts.training), what)
+
+        found.append(compare_windows(simulators(recording.scenario or ""), recording, **like, on_progress=here))
+    return found
 
 
 def _why_not_judged(comparisons: Sequence[Comparison], difference: Difference) -> str:
@@ -162,10 +169,10 @@ def _why_not_judged(comparisons: Sequence[Comparison], difference: Difference) -
 
 
 def _search(
-    evidence: ReplayEvidence,
+    simulators: Callable[[str], Any],
     machine: Machine,
     parts: Parts,
-    noise: Noise,
+    like: dict[str, Any],
     base: Sequence[Comparison],
     location: Location,
     kinds: Sequence[EffectKind],
@@ -176,14 +183,15 @@ def _search(
     channels = [channel for recording in parts.training for channel in recording.channels]
     hypotheses = of_kind(candidates(machine, channels, kinds, location=location), only=options.only, without=options.without)
     scales = natural(machine, channels)
+    evidence = gather(simulators, parts.training, **like, on_progress=lambda done, total, what: told(0.25 * done, total, what))
     found = search(
         evidence,
         hypotheses,
-        floor=_floor(evidence, noise),
+        floor=_floor(evidence, like["noise"]),
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
         tries={**place_tries(hypotheses, machine, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
-        on_progress=lambda what, share: told(0.9 * share, 1, what),
+        on_progress=lambda what, share: told(0.25 + 0.65 * share, 1, what),
     )
     after: Any = found.evidence
     unknown = None

@@ -137,8 +137,11 @@ def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelF
     ]
 
 
-def carries_over(proof: Proof) -> bool:
+def carries_over(proof: Proof, *, pieces: int = 1) -> bool:
     """Whether the answer may hold for what it was not fitted to. Not where that is plainly beyond the noise, and stays so: the share that
-    is left is surely more than the catalogue may leave unnamed.
+    is left is surely more than the catalogue may leave unnamed. Nor where several pieces together, which fit anything better, may close
+    nothing of the gap.
     """
+    if pieces > 1 and proof.low <= 0:
+        return False
     return not (proof.before > PLAIN and proof.high < LEAST_GAP)

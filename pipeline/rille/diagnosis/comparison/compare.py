@@ -27,7 +27,13 @@ UNFIT = {"bad_channel": "the data gate calls it a bad channel", "stuck": "the da
 
 
 def compare_windows(
-    simulator: Any, recording: Recording, *, window: float = 0.5, noise: Noise | None = None, on_progress: Progress = None
+    simulator: Any,
+    recording: Recording,
+    *,
+    window: float = 0.5,
+    noise: Noise | None = None,
+    rough: float | None = None,
+    on_progress: Progress = None,
 ) -> Comparison:
     """Replays a recording in windows, each from its own start state.
 
@@ -40,13 +46,14 @@ def compare_windows(
     Parameters
     ----------
     simulator : as ``rille.simulate.Replayer``; it takes the recording's commands. noise : of channels by name, as of ``shared_noise`` over
-        recordings of the same sensors; None: from this recording.
+        recordings of the same sensors; None: from this recording. rough : step [s] that is good enough for derivatives, a multiple of the
+        simulator's; None: its own.
 
     Raises
     ------
     InputRefused : for commands that do not fit the drives, targets that the model lacks, no channel that shows the state, a bad window.
     """
-    return _compare(simulator, recording, window, noise, on_progress)
+    return _compare(simulator, recording, window, noise, on_progress, rough)
 
 
 def compare_whole(simulator: Any, recording: Recording, *, noise: Noise | None = None, on_progress: Progress = None) -> Comparison:
@@ -56,13 +63,15 @@ def compare_whole(simulator: Any, recording: Recording, *, noise: Noise | None =
     return _compare(simulator, recording, None, noise, on_progress)
 
 
-def _compare(simulator: Any, recording: Recording, window: float | None, known: Noise | None, on_progress: Progress) -> Comparison:
+def _compare(
+    simulator: Any, recording: Recording, window: float | None, known: Noise | None, on_progress: Progress, rough: float | None = None
+) -> Comparison:
     simulator.drive_by(recording)
     observed = with_steady_quaternions(recording.with_role("observed"))
     unfit = {channel.name: why_unfit(channel, recording) for channel in observed}
     noise = {c.name: known[c.name] if known and c.name in known else noise_of(c) for c in observed}
     shows = [c for c in observed if not unfit[c.name] and c.quantity in MOTION_QUANTITIES and noise[c.name][0] > 0]
-    parts = cut(recording, shows, window, simulator.step, RUN_UP if simulator.has_ground else 0.0)
+    parts = cut(recording, shows, window, rough or simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
     samples = [samples_of(c, max(noise[c.name][0], 1e-300), parts) for c in observed]
     fitted = with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
@@ -73,7 +82,8 @@ def _compare(simulator: Any, recording: Recording, window: float | None, known: 
         return step_error(simulator, states, parts.stops, of)[0]
 
     short = window is not None  # errors of a whole run are not those of its steps
-    fit = fit_starts(simulator, starts, parts.stops, heard, on_progress, error=error if short else None)
+    larger = simulator.changed(step=rough) if rough else None
+    fit = fit_starts(simulator, starts, parts.stops, heard, on_progress, error=error if short else None, rough=larger)
     off = error(fit.states, samples) if short else [np.zeros(len(s.time)) for s in samples]
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
     if short:
