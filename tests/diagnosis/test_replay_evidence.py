@@ -216,3 +216,16 @@ def test_the_step_is_as_large_as_the_noise_allows(make_model):
     steps = [window_and_step(simulate.Replayer(path), r, noise=shared_noise([r]), **known)[1] for r in (run, noisy, thin)]
     assert steps[0] == steps[1] == 1e-3  # 450 Hz
     assert 1e-3 < steps[2] <= 0.5 * 8 / 450
+
+
+def test_windows_shorter_than_the_grid_of_steps_are_tried_too(make_model):
+    """A model with steps of 10 ms and samples at 20 Hz: 24 steps are 0.24 s, and most windows that are tried are shorter than four times
+    that.
+    """
+    path, scenario = model(make_model, 1)
+    run = cut_in_time(recorded(path, scenario, 1), 0, 6)
+    thin = tuple(replace(c, time=c.time[::22], value=c.value[::22]) if c.role == "observed" else c for c in run.channels)
+    run = replace(run, channels=thin)
+    simulator = simulate.Replayer(path).changed(step=1e-2)
+    window, step, rough = window_and_step(simulator, run, noise=shared_noise([run]), duration=6.0)
+    assert (window >= 0.96) or (step, rough) == (1e-2, None)

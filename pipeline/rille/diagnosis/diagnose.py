@@ -43,8 +43,8 @@ MOST_RIVALS = 4  # members of a group that experiments are planned for
 NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 CLEARLY = math.sqrt(2.0)  # times its noise: a channel that is off by as much as its noise is no false alarm
 HIDDEN = (
-    "a channel differs by {size:.2g} times its noise, but other starts of the windows would explain that as well: it may be something short "
-    "where two windows meet; diagnose with another --window, or record it again"
+    "a channel differs by {size:.2g} times its noise, but other starts of the windows would explain that as well: it may be something "
+    "short where two windows meet; diagnose with another --window, or record it again"
 )
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
@@ -203,9 +203,9 @@ def _search(
             setting=found.setting,
             on_progress=lambda done, total, what: told(0.9 + 0.1 * done / max(total, 1), 1, what),
         )
-        if unknown is not None:
-            after = after.relinearised((*found.setting, *unknown.setting))
     setting = (*found.setting, *(unknown.setting if unknown is not None else ()))
+    if any([term.hypothesis for term in part.assumed] != [term.hypothesis for term in setting] for part in after.parts):
+        after = after.relinearised(setting)
     return replace(found, evidence=None), unknown, [comparison_of(part, setting) for part in after.parts]
 
 

@@ -22,7 +22,6 @@ Noise = Mapping[str, tuple[float, str]]
 Progress = Callable[[int, int, str], None] | None
 RUN_UP = 0.2  # [s] on ground: what a start state's error of height and tilt does to wheel loads has died out by then
 EXPLAINED = 2.0  # [noise]
-NO_NOISE = "it never changes, so that nothing tells its noise; state it"
 UNFIT = {"bad_channel": "the data gate calls it a bad channel", "stuck": "the data gate found it stuck"}
 
 
@@ -97,7 +96,7 @@ def _compare(
         channels=channels,
         windows=_windows(simulator, fit, parts, unreached),
         regimes=within(simulator.regimes(fit.states, parts.stops), parts.starts),
-        notes=notes_on(starts, fit.unfit),
+        notes=_notes(starts, fit),
     )
 
 
@@ -172,7 +171,7 @@ def _compared(
                 window=s.window[reached],
                 noise=sigma,
                 noise_from=source,
-                left_out=unfit[channel.name] or ("" if sigma > 0 else NO_NOISE),
+                left_out=unfit[channel.name] or ("" if sigma > 0 else "it never changes, so that nothing tells its noise; state it"),
                 start_gain=gain[reached],
             )
         )
@@ -201,15 +200,14 @@ def _windows(simulator: Any, fit: StartFit, parts: Cut, unreached: Sequence[int]
     )
 
 
-def notes_on(starts: Starts, unfit: NDArray[np.int64]) -> tuple[str, ...]:
-    """What is to be said of starts: coordinates that nothing shows, and windows that no start fits."""
+def _notes(starts: Starts, fit: StartFit) -> tuple[str, ...]:
     unseen = [c.name for c, seen in zip(starts.coordinates, np.atleast_1d(starts.seen.any(axis=0)).tolist(), strict=True) if not seen]
     notes = []
     if unseen:
         notes.append(f"not recorded, carried on by the simulation from window to window: {', '.join(unseen)}")
-    if len(unfit):
-        few = ", ".join(str(window) for window in unfit[:8].tolist()) + (" ..." if len(unfit) > 8 else "")
+    if len(fit.unfit):
+        few = ", ".join(str(window) for window in fit.unfit[:8].tolist()) + (" ..." if len(fit.unfit) > 8 else "")
         notes.append(
-            f"{len(unfit)} of {len(starts.states)} windows are fitted by no start near the recorded state, and start from it: {few}"
+            f"{len(fit.unfit)} of {len(fit.states)} windows are fitted by no start near the recorded state, and start from it: {few}"
         )
     return tuple(notes)

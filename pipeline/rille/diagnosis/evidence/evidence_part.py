@@ -60,8 +60,7 @@ class Part:
     first, last : (n_windows,) [s] what is compared. directions : of the start. samples, slopes : of each channel its samples, and
     (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
     error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
-    it [sigma]. gain : of each channel (m,) [unit] standard deviation that what is left open of the start gives to it. unfit : windows that
-    no start near the recorded one fits.
+    it [sigma].
     rough : the simulator with larger steps for what is looked at first, None: there is none.
     whole, numbers : of a subset the part with all windows, and the numbers (n_windows,) that its windows have there.
     """
@@ -83,8 +82,6 @@ class Part:
     noise_from: tuple[str, ...]
     error: tuple[Array, ...]
     timing: tuple[Array, ...]
-    gain: tuple[Array, ...]
-    unfit: Whole
     rough: Any = None
     whole: "Part | None" = None
     numbers: Whole | None = None
@@ -153,8 +150,6 @@ class Part:
             slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
             error=tuple(error[h] for error, h in zip(self.error, here, strict=True)),
             timing=tuple(timing[h] for timing, h in zip(self.timing, here, strict=True)),
-            gain=tuple(gain[h] for gain, h in zip(self.gain, here, strict=True)),
-            unfit=place[self.unfit][place[self.unfit] >= 0],
             whole=self.whole or self,
             numbers=windows if self.numbers is None else self.numbers[windows],
         )
@@ -252,31 +247,21 @@ class Part:
         return "lasting" if own or self.simulator.has_memory else "fading"
 
     def _predicted(self, models: Sequence[Any], memory: Memory) -> list[Array]:
-        """Of each channel (n_models, m) what the models say from the fitted starts."""
-        alone = memory == "none" or self.numbers is None
-        stretches: list[tuple[Part, Whole | None]] = [(self, None)] if alone else self._led_up_to(memory)
+        """Of each channel (n_models, m) what the models say from the fitted starts; windows of a subset after those that lead to them."""
+        whole, numbers = self.whole, self.numbers
+        if memory == "none" or whole is None or numbers is None:
+            return self._run(self, models, memory)
         found = []
-        for part, numbers in stretches:
-            picks = [(s.window, s.time) for s in part.samples]
-            bare = [s.channel for s in part.samples]
-            answers = self.simulator.predict_many(models, part.states, part.last, bare, picks, carried=memory != "none")
-            if numbers is not None and self.numbers is not None:
-                answers = [a[:, np.isin(numbers[s.window], self.numbers)] for a, s in zip(answers, part.samples, strict=True)]
-            found.append(answers)
-        return found[0] if len(found) == 1 else [np.concatenate(pieces, axis=1) for pieces in zip(*found, strict=True)]
+        for stretch in _led_up_to(whole, numbers, RUN_IN if memory == "fading" else np.inf):
+            part = whole.only(stretch)
+            answers = self._run(part, models, memory)
+            found.append([a[:, np.isin(stretch[s.window], numbers)] for a, s in zip(answers, part.samples, strict=True)])
+        return [np.concatenate(pieces, axis=1) for pieces in zip(*found, strict=True)]
 
-    def _led_up_to(self, memory: Memory) -> list[tuple["Part", Whole | None]]:
-        """Stretches of neighbouring windows of the whole that end in those of a subset, and their numbers: all before them of what lasts,
-        of what fades those of ``RUN_IN``.
-        """
-        whole, numbers = self.whole or self, self.numbers if self.numbers is not None else np.arange(len(self.first))
-        reach = RUN_IN if memory == "fading" else np.inf
-        needed = np.zeros(len(whole.first), dtype=bool)
-        for number in numbers:
-            needed[: number + 1] |= whole.last[: number + 1] > whole.first[number] - reach
-        chosen = np.flatnonzero(needed)
-        stretches = np.split(chosen, np.flatnonzero(np.diff(chosen) > 1) + 1)
-        return [(whole.only(stretch), stretch) for stretch in stretches]
+    def _run(self, part: "Part", models: Sequence[Any], memory: Memory) -> list[Array]:
+        picks = [(s.window, s.time) for s in part.samples]
+        bare = [s.channel for s in part.samples]
+        return list(self.simulator.predict_many(models, part.states, part.last, bare, picks, carried=memory != "none"))
 
     def _plan(self, faults: Setting) -> _Plan:
         touched = [c for c in self.channels if c.name in self.shows and any(concerns(t, c) for t in (*faults, *sensor_terms(self.assumed)))]
@@ -385,6 +370,15 @@ class Part:
         return standard
 
 
+def _led_up_to(whole: Part, numbers: Whole, reach: float) -> list[Whole]:
+    """Stretches of neighbouring windows that end in some, by their numbers: with those before them as far as ``reach`` [s]."""
+    needed = np.zeros(len(whole.first), dtype=bool)
+    for number in numbers:
+        needed[: number + 1] |= whole.last[: number + 1] > whole.first[number] - reach
+    chosen = np.flatnonzero(needed)
+    return [*np.split(chosen, np.flatnonzero(np.diff(chosen) > 1) + 1)]
+
+
 def gather_part(
     simulator: Any,
     recording: Recording,
@@ -477,8 +471,6 @@ def gather_part(
         noise_from=tuple(noise[c.name][1] for c in channels),
         error=error,
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
-        gain=tuple(fit.gain),
-        unfit=fit.unfit,
         rough=larger,
     )
 

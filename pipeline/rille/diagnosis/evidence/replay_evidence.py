@@ -25,7 +25,6 @@ def gather(
     *,
     window: float = 0.5,
     noise: Noise | None = None,
-    assumed: Setting = (),
     rough: float | None = None,
     on_progress: Progress = None,
 ) -> "ReplayEvidence":
@@ -34,8 +33,8 @@ def gather(
     Parameters
     ----------
     simulators : of scenarios by name, as ``rille.simulate.Replayer``; or a function from the name. They stay as they are. window : [s].
-    noise : of channels by name with where it is from, as of ``shared_noise``; None: from these recordings. assumed : setting under which
-        starts are fitted; () is the base model. rough : as of ``gather_part``.
+    noise : of channels by name with where it is from, as of ``shared_noise``; None: from these recordings. rough : as of
+        ``gather_part``.
 
     Raises
     ------
@@ -50,7 +49,7 @@ def gather(
                 on_progress(number * total + done, len(recordings) * total, stage)
 
         simulator = of_scenario(simulators, recording.scenario)
-        parts.append(gather_part(simulator, recording, window=window, noise=noise, assumed=assumed, rough=rough, on_progress=report))
+        parts.append(gather_part(simulator, recording, window=window, noise=noise, rough=rough, on_progress=report))
     return ReplayEvidence(_with_innovations(parts), window=window)
 
 

@@ -11,6 +11,7 @@ from rille.diagnosis.evidence.evidence_part import Part, gather_part
 from rille.diagnosis.evidence.window_length import window_length
 from rille.diagnosis.starts.start_fit import between
 from rille.diagnosis.starts.step_error import finest
+from rille.model import InputRefused
 from rille.model.recording import Recording
 
 MULTIPLES = (8, 6, 4, 3, 2)  # of the scenario's step that are tried, largest first
@@ -52,8 +53,8 @@ def window_and_step(
     if part is None:
         most = int(np.clip(SECONDS / window, *WINDOWS))
         part = gather_part(rough, recording, window=window, noise=noise, grid=grid, most=most, corrected=False)
-    multiple, rough = _largest(simulator, part, multiples)
-    return window, multiple * simulator.step, 2 * multiple * simulator.step if rough else None
+    multiple, doubled = _largest(simulator, part, multiples)
+    return window, multiple * simulator.step, 2 * multiple * simulator.step if doubled else None
 
 
 def _largest(simulator: Any, part: Part, multiples: Sequence[int]) -> tuple[int, bool]:
@@ -69,7 +70,10 @@ def _largest(simulator: Any, part: Part, multiples: Sequence[int]) -> tuple[int,
 
     def worst(multiple: int) -> float:
         """Root mean square [sigma] of what that step changes in a channel, in three of four windows; the largest of all."""
-        model = part.simulator.changed(step=multiple * simulator.step)
+        try:
+            model = part.simulator.changed(step=multiple * simulator.step)
+        except InputRefused:  # longer than a solver may step
+            return np.inf
         answers = [a[0] for a in model.predict(part.states[None], part.last, bare, picks)]
         change = part.ordered([between(s, a, b) / s.noise for s, a, b in zip(part.samples, answers, own, strict=True)])
         if not np.isfinite(change[there]).all():

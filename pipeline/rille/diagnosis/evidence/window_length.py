@@ -47,7 +47,9 @@ def window_length(
         if duration < LEAST * length:
             continue
         most = int(np.clip(SECONDS / length, *WINDOWS))
-        part = gather_part(simulator, recording, window=length, noise=noise, grid=grid, most=most, corrected=False)
+        part = gather_part(
+            simulator, recording, window=length, noise=noise, grid=grid if length >= 4 * (grid or 0.0) else None, most=most, corrected=False
+        )
         answers = _answers(part, part.states)
         if _bend(part, answers) < BENT and _misfit(part, answers) < FAR_OFF:
             return length, part

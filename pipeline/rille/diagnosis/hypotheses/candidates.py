@@ -18,7 +18,7 @@ from rille.model.recording import Channel
 
 LARGEST_SHARE = 0.3  # of what the machine's own scale is: a larger trial stalls it and says nothing about a small amount
 FEW_BODIES = 3
-FAR = 100.0  # numbers that are looked for over decades stay within this factor of their usual value
+FAR = 100.0  # numbers that are looked for over decades stay within this factor of their usual value, or of their spread above it
 
 
 def candidates(

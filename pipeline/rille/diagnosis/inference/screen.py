@@ -133,7 +133,7 @@ def screen(
     count = int(np.clip(max(len(worst) // PART, np.ceil(FEW_SECONDS / length)), *FEW_WINDOWS))
     if len(worst) >= 2 * count:
         spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
-        slow = all(number.search != "order" for h in hypotheses for number in h.free)  # ripples are faster than large steps
+        slow = all(number.search not in ("order", "phase") for h in hypotheses for number in h.free)  # ripples are faster than large steps
         chosen = np.union1d(worst[: count // 2], spread)
         few = Judge(evidence.subset(chosen, roughly=slow), judge.on_top, floor=judge.floor)
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
@@ -240,7 +240,7 @@ def _scanned(
         ordered = sorted(known)
         best = max(range(len(ordered)), key=lambda k: (known[ordered[k]], k))
         low, high = ordered[max(best - 1, 0)], ordered[min(best + 1, len(ordered) - 1)]
-        if best == 0 and known[ordered[0]] < 0:  # felt already, and for the worse: less of it is no better
+        if best == 0 and known[ordered[0]] < -FELT:  # the least of it is felt already, and for the worse
             break
         if known[ordered[best]] > KEPT * max(promised, judge.excess) or high < CLOSE * low:
             break

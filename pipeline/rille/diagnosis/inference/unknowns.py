@@ -10,7 +10,7 @@ from rille.model.hypothesis import FreeNumber, Setting, Term
 
 WIDE = 100.0  # [spread] prior of an amplitude
 LOOSE = 3.0  # [spread] prior of a shape
-DECADES = 1.5  # [ln] prior of a shape that is looked for over decades
+DECADES = 1.5  # [ln] prior of a shape that is looked for over decades, at least: as far as its spread lies from its usual value
 STRIDES = {"log": 1.1, "phase": 1.0}  # largest step of one iteration
 
 
@@ -65,7 +65,8 @@ def unknowns_of(setting: Setting) -> tuple[Unknown, ...]:
             if number.search == "order" or number.upper <= number.lower or (number.spread <= 0 and not number.amplitude):
                 continue
             log = number.search == "scale" and number.lower >= 0 and not number.amplitude and min(value, number.start) > 0
-            width = WIDE * number.spread if number.amplitude else DECADES if log else LOOSE * number.spread
+            decades = max(DECADES, float(np.log(number.spread / number.start))) if log and number.spread > 0 else DECADES
+            width = WIDE * number.spread if number.amplitude else decades if log else LOOSE * number.spread
             centre = number.absent if number.amplitude else value if number.search in ("place", "time", "phase") else number.start
             unknown = Unknown(place, number, log, 0.0, 1.0 / width**2 if width > 0 else 0.0)
             found.append(Unknown(place, number, log, unknown.coordinate(centre), 0.0 if number.search == "phase" else unknown.precision))
