@@ -41,7 +41,7 @@ MOST_ENDED = 0.5  # share of the windows that may end early
 UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
 NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
-CLEARLY = math.sqrt(2.0)  # times its noise: a channel that is off by as much as its noise is no false alarm
+CLEARLY = 2.0  # times its noise: a channel that is off by so much is no false alarm
 HIDDEN = (
     "a channel differs by {size:.2g} times its noise, but other starts of the windows would explain that as well: it may be something "
     "short where two windows meet; diagnose with another --window, or record it again"
