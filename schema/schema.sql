@@ -385,7 +385,7 @@ CREATE TABLE effect_parameter (
   lower REAL NOT NULL,                                              -- [unit] smallest value
   upper REAL NOT NULL,                                              -- [unit] largest value
   typical REAL NOT NULL,                                            -- [unit] usual value where the effect is present; default of what is no amplitude
-  spread REAL NOT NULL CHECK (spread > 0),                          -- [unit] 1 sigma of the prior around the usual value
+  spread REAL NOT NULL CHECK (spread > 0),                          -- [unit] 1 sigma of the prior around the usual value; of a scale how far up it reaches
   meaning TEXT NOT NULL,                                            -- [-] what it says
   PRIMARY KEY (effect_kind_id, name),
   CHECK (lower <= typical AND typical <= upper)

@@ -38,6 +38,7 @@ CORRECTIONS = 3
 PART, FEW_WINDOWS = 8, (2, 24)  # one of so many windows is looked at first, but at least, and at most, so many
 FEW_SECONDS = 6.0  # [s] that these windows last together, at least
 BEST_SHAPES = 2
+RIPPLES = ("order", "phase")  # numbers of what is faster than large steps
 BETWEEN = 9  # values between the neighbours of the best one that was tried
 SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
 SCANS, CLOSE = 4, 1.002  # scans, each closer about the best; ratio of neighbours below which they are close enough
@@ -128,22 +129,28 @@ def screen(
     worst = np.argsort(-beyond, kind="stable")
     times = [float(evidence.starts[w]) for w in worst[:5]]
     shapes = [shape_tries(h, times, (tries or {}).get(h.title, ())) for h in hypotheses]
-    few = judge
+    roughly = [all(number.search not in RIPPLES for number in h.free) for h in hypotheses]
+    few = dict.fromkeys(roughly, judge)
     length = float(np.median(evidence.stops - evidence.starts)) if len(worst) else 1.0
     count = int(np.clip(max(len(worst) // PART, np.ceil(FEW_SECONDS / length)), *FEW_WINDOWS))
     if len(worst) >= 2 * count:
         spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
-        slow = all(number.search not in ("order", "phase") for h in hypotheses for number in h.free)  # ripples are faster than large steps
         chosen = np.union1d(worst[: count // 2], spread)
-        few = Judge(evidence.subset(chosen, roughly=slow), judge.on_top, floor=judge.floor)
+        few = {rough: Judge(evidence.subset(chosen, roughly=rough), judge.on_top, floor=judge.floor) for rough in few}
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
     loud = loud_channels(judge)
     closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
-    questions = [_propose(few, h, tried, close) for h, tried, close in zip(hypotheses, shapes, closely, strict=True)]
-    proposals = ask_together(few, questions, tell)
+    each = zip(hypotheses, shapes, closely, roughly, strict=True)
+    questions = [_propose(few[rough], h, tried, close) for h, tried, close, rough in each]
+    found = {}
+    for rough, own in few.items():
+        here = [k for k, one in enumerate(roughly) if one == rough]
+        found |= dict(zip(here, ask_together(own, [questions[k] for k in here], tell), strict=True))
+    proposals = [found[k] for k in range(len(hypotheses))]
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
     most = max((share for p in proposals for share, _ in p.offers), default=0.0)
-    least = (BESIDE_ENOUGH if most * few.chi2 > ENOUGH * few.excess > 0 else BESIDE_THE_BEST) * most
+    enough = all(most * own.chi2 > ENOUGH * own.excess > 0 for own in few.values())
+    least = (BESIDE_ENOUGH if enough else BESIDE_THE_BEST) * most
     proposals = [
         replace(p, offers=tuple(o for o in p.offers if o[0] > (BESIDE_THE_BEST * most if _is_local(h) else least)))
         for h, p in zip(hypotheses, proposals, strict=True)
