@@ -61,10 +61,6 @@ class Options:
     without: tuple[str, ...] = ()
 
 
-def _length(options: Options) -> float:
-    return options.window or LENGTHS[-1]
-
-
 def diagnose(
     simulators: Callable[[str], Any],
     recordings: Sequence[Recording],
@@ -90,7 +86,7 @@ def diagnose(
     """
     chosen = options or Options()
     run = Staged(on_progress, stage)
-    parts = held_out_parts(recordings, held_out, _length(chosen))
+    parts = held_out_parts(recordings, held_out, chosen.window or LENGTHS[-1])
     noise = shared_noise([*parts.training, *parts.held_out])
     window, step, rough = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
 

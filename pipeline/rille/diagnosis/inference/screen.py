@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rille.diagnosis.evidence.evidence import Array, Evidence
+from rille.diagnosis.evidence.evidence import Array, Evidence, Whole
 from rille.diagnosis.hypotheses.shape_tries import Tries, Values, quadrature, shape_tries
 from rille.diagnosis.inference.accept import loud_channels
 from rille.diagnosis.inference.bounded_squares import bounded_minimum
@@ -130,13 +130,7 @@ def screen(
     times = [float(evidence.starts[w]) for w in worst[:5]]
     shapes = [shape_tries(h, times, (tries or {}).get(h.title, ())) for h in hypotheses]
     roughly = [all(number.search not in RIPPLES for number in h.free) for h in hypotheses]
-    few = dict.fromkeys(roughly, judge)
-    length = float(np.median(evidence.stops - evidence.starts)) if len(worst) else 1.0
-    count = int(np.clip(max(len(worst) // PART, np.ceil(FEW_SECONDS / length)), *FEW_WINDOWS))
-    if len(worst) >= 2 * count:
-        spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
-        chosen = np.union1d(worst[: count // 2], spread)
-        few = {rough: Judge(evidence.subset(chosen, roughly=rough), judge.on_top, floor=judge.floor) for rough in few}
+    few = {rough: _first_look(judge, worst, roughly=rough) for rough in dict.fromkeys(roughly)}
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
     loud = loud_channels(judge)
     closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
@@ -146,19 +140,35 @@ def screen(
     for rough, own in few.items():
         here = [k for k, one in enumerate(roughly) if one == rough]
         found |= dict(zip(here, ask_together(own, [questions[k] for k in here], tell), strict=True))
-    proposals = [found[k] for k in range(len(hypotheses))]
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
-    most = max((share for p in proposals for share, _ in p.offers), default=0.0)
-    enough = all(most * own.chi2 > ENOUGH * own.excess > 0 for own in few.values())
-    least = (BESIDE_ENOUGH if enough else BESIDE_THE_BEST) * most
-    proposals = [
-        replace(p, offers=tuple(o for o in p.offers if o[0] > (BESIDE_THE_BEST * most if _is_local(h) else least)))
-        for h, p in zip(hypotheses, proposals, strict=True)
-    ]
+    proposals = _beside_the_best(hypotheses, [found[k] for k in range(len(hypotheses))], list(few.values()))
     signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
     kept = without_doubles(signatures)
     kept.sort(key=lambda s: (s.silent, -s.drop, len(s.hypothesis.free)))
     return Screened(judge=judge, signatures=tuple(kept), tries=max(sum(p.tries for p in proposals), 1))
+
+
+def _first_look(judge: Judge, worst: Whole, *, roughly: bool) -> Judge:
+    """Of some windows: those that differ most, of ``worst`` (W,) numbers, and others spread over the time; of all where they are few."""
+    starts, stops = judge.evidence.starts, judge.evidence.stops
+    length = float(np.median(stops - starts)) if len(worst) else 1.0
+    count = int(np.clip(max(len(worst) // PART, np.ceil(FEW_SECONDS / length)), *FEW_WINDOWS))
+    if len(worst) < 2 * count:
+        return judge
+    spread = np.linspace(0, len(worst) - 1, count - count // 2).astype(np.int64)
+    chosen = np.union1d(worst[: count // 2], spread)
+    return Judge(judge.evidence.subset(chosen, roughly=roughly), judge.on_top, floor=judge.floor)
+
+
+def _beside_the_best(hypotheses: Sequence[Hypothesis], proposals: Sequence[_Proposal], few: Sequence[Judge]) -> list[_Proposal]:
+    """Without the offers that promise too little beside the best to be run in all windows. few : what they were made by."""
+    most = max((share for p in proposals for share, _ in p.offers), default=0.0)
+    enough = all(most * judge.chi2 > ENOUGH * judge.excess > 0 for judge in few)
+    kept = []
+    for h, p in zip(hypotheses, proposals, strict=True):
+        least = (BESIDE_ENOUGH if enough and not _is_local(h) else BESIDE_THE_BEST) * most
+        kept.append(replace(p, offers=tuple(offer for offer in p.offers if offer[0] > least)))
+    return kept
 
 
 def least_promise(judge: Judge) -> float:
