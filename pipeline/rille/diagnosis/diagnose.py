@@ -110,8 +110,8 @@ def _diagnosed(
     simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], kinds: Sequence[EffectKind], options: Options, run: Staged
 ) -> Diagnosis:
     """like : how evidence is gathered."""
-    base: list[Comparison] = run.run("comparisons", 0.05, 0.2, lambda told: _compared(simulators, parts, like, told))
-    difference = find_difference(base)
+    base: list[Comparison] = run.run("comparisons", 0.05, 0.19, lambda told: _compared(simulators, parts, like, told))
+    difference: Difference = run.run("difference", 0.19, 0.2, lambda told: find_difference(base))
     location = locate(difference, base)
     simulator = simulators(parts.training[0].scenario or "")
     machine = simulator.machine()

@@ -30,6 +30,7 @@ PROMISING = 0.01  # share of the excess that must be expected for a hypothesis t
 LITTLE = 0.05  # of the degrees of freedom, that count as excess at least: the noise may be overstated
 BESIDE_THE_BEST = 0.05  # of what the best promises, for the same: what promises less is looked for on top of that
 ENOUGH, BESIDE_ENOUGH = 0.95, 0.2  # share of the excess from which on the best leaves nothing for others, and the same then
+RUNNERS_UP = 24  # hypotheses that are run in all windows then, at most
 LEAST_DROP = 4.0  # of chi-squared, for the same
 STEEP = 4.0  # times what a change in proportion to the step would be, that tell a threshold
 WORTH_A_SCAN = 0.05  # share of the excess that must be promised for a broken promise to be looked into
@@ -135,7 +136,8 @@ def screen(
     loud = loud_channels(judge)
     closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
     each = zip(hypotheses, shapes, closely, roughly, strict=True)
-    questions = [_propose(few[rough], h, tried, close) for h, tried, close, rough in each]
+    kept: dict[bool, list[float]] = {rough: [0.0] for rough in few}
+    questions = [_propose(few[rough], h, tried, close, kept[rough]) for h, tried, close, rough in each]
     found = {}
     for rough, own in few.items():
         here = [k for k, one in enumerate(roughly) if one == rough]
@@ -162,13 +164,20 @@ def _first_look(judge: Judge, worst: Whole, *, roughly: bool) -> Judge:
 
 def _beside_the_best(hypotheses: Sequence[Hypothesis], proposals: Sequence[_Proposal], few: Sequence[Judge]) -> list[_Proposal]:
     """Without the offers that promise too little beside the best to be run in all windows. few : what they were made by."""
-    most = max((share for p in proposals for share, _ in p.offers), default=0.0)
-    enough = all(most * judge.chi2 > ENOUGH * judge.excess > 0 for judge in few)
+    shares = sorted((max(share for share, _ in p.offers) for p in proposals if p.offers), reverse=True)
+    most = shares[0] if shares else 0.0
+    enough = all(_is_enough(judge, most * judge.chi2) for judge in few)
+    beside = max(BESIDE_ENOUGH * most, 0.999 * shares[RUNNERS_UP - 1] if len(shares) >= RUNNERS_UP else 0.0)
     kept = []
     for h, p in zip(hypotheses, proposals, strict=True):
-        least = (BESIDE_ENOUGH if enough and not _is_local(h) else BESIDE_THE_BEST) * most
+        least = beside if enough and not _is_local(h) else BESIDE_THE_BEST * most
         kept.append(replace(p, offers=tuple(offer for offer in p.offers if offer[0] > least)))
     return kept
+
+
+def _is_enough(judge: Judge, drop: float) -> bool:
+    """Whether such a drop of chi-squared leaves nothing for others."""
+    return drop > ENOUGH * judge.excess > 0
 
 
 def least_promise(judge: Judge) -> float:
@@ -188,10 +197,11 @@ def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
     return kept
 
 
-def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], closely: bool) -> Inquiry[_Proposal]:
+def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], closely: bool, found: list[float]) -> Inquiry[_Proposal]:
     """Values at which the hypothesis explains most of these windows.
 
     closely : all shapes are tried, and the amplitude is scanned where the linear promise is not kept; else the first shape alone.
+    found : drops of chi-squared that this and others have kept; those of one shape that are far behind one that is enough try no others.
     """
     shapes = shapes if closely else shapes[:1]
     trials = yield from _felt_trials(judge, hypothesis, shapes)
@@ -202,17 +212,19 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
         offers = _as_found(judge, blocks, [values for _, values in offers])
     kept = offers[0][0] if offers else 0.0
+    found.append(kept)
     broken = kept < KEPT * promised and promised > WORTH_A_SCAN * judge.excess
     if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
-    for number in hypothesis.free if offers else ():
+    behind = _is_enough(judge, max(found)) and not _is_local(hypothesis) and max(promised, kept) < BESIDE_ENOUGH * max(found)
+    for number in hypothesis.free if offers and not behind else ():
         tried: Sequence[float] = number.tries
         while tried:
             scanned = [offers[0][1] | {number.name: value} for value in tried]
             blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
-            found = _as_found(judge, blocks, scanned)
-            tried = _between(number, found[0][1][number.name]) if tried is number.tries and found[0][0] > offers[0][0] else ()
-            offers = sorted(offers + found, key=lambda offer: -offer[0])[:BEST_SHAPES]
+            more = _as_found(judge, blocks, scanned)
+            tried = _between(number, more[0][1][number.name]) if tried is number.tries and more[0][0] > offers[0][0] else ()
+            offers = sorted(offers + more, key=lambda offer: -offer[0])[:BEST_SHAPES]
     shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
     return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
 

@@ -24,6 +24,7 @@ HUBER = 3.0  # [sigma]
 FARTHEST = 5.0  # [standard deviations of the prior]
 INDEPENDENT = 20.0  # samples that a window counts as where the model does not fit it
 UNFIT = 6.0  # standard errors of chi-squared beyond which it does not
+HOPELESS = 3.0  # times as many, beyond which a window is not fitted anew for what the step does
 FARTHER = 100.0  # the same where that was too near
 HORIZONS = (0.1, 0.3, 1.0)  # shares of a window that is tried once more
 NUDGE = 0.3  # [standard deviations of the prior] of a difference
@@ -166,7 +167,7 @@ def fit_starts(
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
     if error is not None:
         descent.correct(error(problem.states(descent.standard[None])[0]))
-        descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
+        descent.run(np.setdiff1d(np.arange(problem.n_windows), descent.hopeless()), on_progress, "fitting starts")
     unfit = descent.unfit()
     if len(unfit) <= far * problem.n_windows:
         descent.extend(unfit, on_progress)
@@ -322,6 +323,12 @@ class _Descent:
         """Windows whose residual is more than noise."""
         excess, count = self._excess()
         return np.flatnonzero(excess > 1 + UNFIT * np.sqrt(2 / count))
+
+    def hopeless(self) -> NDArray[np.int64]:
+        """Windows whose residual stays more than noise, and far more, if their next step keeps what it promises."""
+        excess, count = self._excess()
+        promised = np.array([self._step(window, 0.0)[1] for window in range(len(self.share))]) if self.columns else 0.0
+        return np.flatnonzero(excess - 2 * promised / count > 1 + HOPELESS * UNFIT * np.sqrt(2 / count))
 
     def extend(self, windows: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None) -> None:
         """Tries again far from the smoothed start, by continuation: first the beginning of a window, then ever more of it.
