@@ -47,7 +47,7 @@ def _group(group: Group, k: int) -> str:
 
 def _table(diagnosis: Diagnosis) -> str:
     columns = (
-        Column(title="hypothesis"),
+        Column(title="hypothesis, and why it loses"),
         Column(title="probability", numeric=True, hint="calibrated on trials whose answer was known"),
         Column(title="is"),
         Column(title="explains", numeric=True, hint="share of what is beyond the noise that it takes away"),
@@ -56,7 +56,6 @@ def _table(diagnosis: Diagnosis) -> str:
         ),
         Column(title="behind the best [nats]", numeric=True, hint="with its standard error; within two of them it is not told apart"),
         Column(title="group", hint="hypotheses of one group cannot be told apart by these recordings"),
-        Column(title="why it loses"),
     )
     rows = [_row(ranked, k, diagnosis) for k, ranked in enumerate(diagnosis.ranked)]
     return table(columns, rows, key="hypothesis-table", shown=SHOWN)
@@ -66,17 +65,17 @@ def _row(ranked: RankedHypothesis, k: int, diagnosis: Diagnosis) -> list[str | C
     place = f"ranked[{k}]"
     best = k == 0 and bool(diagnosis.setting or diagnosis.verdict == "sensor_fault")
     first = "likeliest of its group" if diagnosis.verdict == "group" else "the answer"
-    said = ranked.loses_because or (Html(f"<b>{first}</b>") if best else "not accepted: too little is gained" if k == 0 else "")
+    said = ranked.loses_because or (first if best else "not accepted: too little is gained" if k == 0 else "")
+    title = f"<b>{escaped(ranked.title)}</b>" if best else escaped(ranked.title)
     behind = with_error(ranked.behind, ranked.behind_error) if k else ""
     return [
-        Html(f"<b>{escaped(ranked.title)}</b>" if best else escaped(ranked.title)),
+        Html(title + (f"<small>{escaped(said)}</small>" if said else "")),
         Cell(text=probability_bar(ranked.probability, f"{place}.probability", best=best), value=ranked.probability),
         badge(*CAUSES[ranked.cause]),
         Cell(text=percent_at(ranked.explained, f"{place}.explained"), value=ranked.explained),
         Cell(text=traced(with_error(ranked.gain, ranked.gain_error), f"{place}.gain"), value=ranked.gain),
         Cell(text=traced(behind, f"{place}.behind") if behind else "", value=ranked.behind),
         badge(f"group {ranked.group}", "notice") if ranked.group and ranked.group == diagnosis.ranked[0].group else "",
-        said,
     ]
 
 
