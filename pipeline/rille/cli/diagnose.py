@@ -246,8 +246,8 @@ def _write_report(path: Path, database: Path, diagnosis: "Diagnosis", numbers: d
     from rille.diagnosis.comparison.difference import find_difference
     from rille.view.diagnosis_report import write_diagnosis_report
 
-    comparisons = stages.get("comparisons") or ()
-    proof = stages.get("proof")
+    comparisons = stages.get(diagnosis.look + "comparisons") or ()
+    proof = stages.get(diagnosis.look + "proof")
     improved = stages.get("improved") or (proof[1] if isinstance(proof, tuple) else ())
     proposed = proposal(database, diagnosis.setting, diagnosis.scenario)
     points = any(comparison.mode == "points" for comparison in comparisons)
@@ -258,7 +258,7 @@ def _write_report(path: Path, database: Path, diagnosis: "Diagnosis", numbers: d
         numbers,
         finding=finding,
         changes=proposed.changes,
-        difference=stages.get("difference") or (find_difference(comparisons) if comparisons else None),
+        difference=stages.get(diagnosis.look + "difference") or (find_difference(comparisons) if comparisons else None),
         comparisons=comparisons,
         improved=improved,
         rover=None if points else store.read_rover(database),

@@ -27,6 +27,7 @@ from rille.diagnosis.inference.found import Found
 from rille.diagnosis.inference.patches import patch_tries, window_places
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.inference.unknown import Unknown, find_unknown
+from rille.diagnosis.second_look import EDGES, LEAST, SEAM, Look, may_hide, takes_over
 from rille.diagnosis.staged import Progress, Stage, Staged, Told, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.model import EffectKind
@@ -95,7 +96,14 @@ def diagnose(
         return simulator if step == simulator.step else simulator.changed(step=step)
 
     like: dict[str, Any] = {"noise": noise, "window": window, "rough": rough}
-    return _diagnosed(coarse, parts, like, kinds, chosen, run)
+    look = _diagnosed(coarse, parts, like, kinds, chosen, run)
+    by, again = EDGES * window, run.again("other edges", 0.8)
+    if not may_hide(look) or not all(last - first > LEAST * window for first, last in map(extent, (*parts.training, *parts.held_out))):
+        return look.diagnosis
+    other = _diagnosed(coarse, parts.later(by), like, kinds, chosen, again).diagnosis
+    if takes_over(other, look.diagnosis):
+        return replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by)))
+    return replace(look.diagnosis, seconds=other.seconds)
 
 
 def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> tuple[float, float, float | None]:
@@ -107,8 +115,13 @@ def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Nois
 
 
 def _diagnosed(
-    simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], kinds: Sequence[EffectKind], options: Options, run: Staged
-) -> Diagnosis:
+    simulators: Callable[[str], Any],
+    parts: Parts,
+    like: dict[str, Any],
+    kinds: Sequence[EffectKind],
+    options: Options,
+    run: Staged,
+) -> Look:
     """like : how evidence is gathered."""
     base: list[Comparison] = run.run("comparisons", 0.05, 0.19, lambda told: _compared(simulators, parts, like, told))
     difference: Difference = run.run("difference", 0.19, 0.2, lambda told: find_difference(base))
@@ -118,9 +131,9 @@ def _diagnosed(
     cannot = limits(parts.training, machine, difference)
     why_not = _why_not_judged(base, difference)
     if why_not:
-        return _answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know")
+        return Look(_answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know"), base)
     if not difference.differs:
-        return _answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing")
+        return Look(_answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing"), base)
     found, unknown, improved = run.run(
         "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, like, base, location, kinds, options, told)
     )
@@ -135,7 +148,7 @@ def _diagnosed(
     if proof is not None and found.verdict in NAMING and not carries_over(proof, pieces=len(found.setting)):
         found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
-    return _answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict)
+    return Look(_answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict), base)
 
 
 def _compared(simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], told: Told) -> list[Comparison]:

@@ -18,20 +18,34 @@ def at_once(name: str, compute: Callable[[], T]) -> T:
 
 @dataclass(slots=True)
 class Staged:
-    """Tells how far the whole is, and how long each stage took. seconds : by name."""
+    """Tells how far the whole is, and how long each stage took.
+
+    seconds : by name. look : what all names begin with. begin : fraction of the whole at which it begins.
+    """
 
     tell: Progress
     stage: Stage
     seconds: dict[str, float] = field(default_factory=dict)
+    look: str = ""
+    begin: float = 0.0
+
+    def again(self, look: str, begin: float) -> "Staged":
+        """The same stages once more, under names of their own, from a fraction of the whole on."""
+        return Staged(tell=self.tell, stage=self.stage, seconds=self.seconds, look=f"{self.look}{look}: ", begin=begin)
 
     def run(self, name: str, first: float, last: float, compute: Callable[[Told], T]) -> T:
         """A stage that takes the progress from ``first`` to ``last``."""
 
-        def told(done: float, total: float, what: str) -> None:
-            self.tell(f"{name}: {what}", first + (last - first) * min(1.0, done / max(total, 1e-9)))
+        full = self.look + name
 
-        self.tell(name, first)
+        def tell(what: str, fraction: float) -> None:
+            self.tell(what, self.begin + (1.0 - self.begin) * fraction)
+
+        def told(done: float, total: float, what: str) -> None:
+            tell(f"{full}: {what}", first + (last - first) * min(1.0, done / max(total, 1e-9)))
+
+        tell(full, first)
         begin = perf_counter()
-        result = self.stage(name, lambda: compute(told))
-        self.seconds[name] = perf_counter() - begin
+        result = self.stage(full, lambda: compute(told))
+        self.seconds[full] = perf_counter() - begin
         return result

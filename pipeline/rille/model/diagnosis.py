@@ -188,7 +188,8 @@ class Diagnosis:
     """The answer. model : database. setting : what ``rille apply`` puts into the model; sensor faults are not applied.
 
     ranked : best first. data_problems, limits : sentences of the data gate, and of what these recordings cannot tell. leftover [-] : share
-    of what is beyond the noise that ``setting`` leaves. unknown_like : a formula that behaves like what is missing.
+    of what is beyond the noise that ``setting`` leaves. unknown_like : a formula that behaves like what is missing. look : what the
+    names of the stages that found it begin with.
     """
 
     model: str
@@ -210,6 +211,7 @@ class Diagnosis:
     unknown_like: str = ""
     notes: tuple[str, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
+    look: str = ""
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:

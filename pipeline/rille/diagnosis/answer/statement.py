@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from rille.model.diagnosis import Estimate, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
 
+LITTLE = 0.005  # share of the excess that is not worth a word
 MOST_NAMES = 4
 
 
@@ -66,7 +67,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedHypothesis], location: Location, leftover: float) -> str:
     sure = f"; probability {percent(ranked[0].probability)}" if ranked else ""
-    explained = f"; explains {100 * (1 - leftover):.0f} % of what is beyond the noise" if 0 <= leftover <= 1 else ""
+    explained = _explained(leftover)
     named = _listed([_named(term) for term in terms]) if terms else ""
     if verdict == "nothing_missing":
         return "nothing is missing: the model reproduces these recordings to their noise"
@@ -86,6 +87,14 @@ def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedH
         nearest = f"; nearest is {ranked[0].title}, which explains {100 * ranked[0].explained:.0f} %" if ranked else ""
         return f"something is missing that the catalogue has no name for{nearest}"
     return f"{'this is' if len(terms) == 1 else 'these are'} missing in the model: {named}{sure}{explained}"
+
+
+def _explained(leftover: float) -> str:
+    """How much of the excess an answer takes away: chance is set aside, so that all of it says nothing of how few samples there are."""
+    if not 0 <= leftover <= 1:
+        return ""
+    share = f"{100 * (1 - leftover):.0f} % of what is" if leftover >= LITTLE else "all that is clearly"
+    return f"; explains {share} beyond the noise"
 
 
 def pushes_in_words(transients: Sequence[Transient]) -> str:

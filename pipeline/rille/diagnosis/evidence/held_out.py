@@ -20,6 +20,12 @@ class Parts:
     held_out: tuple[Recording, ...]
     how: str
 
+    def later(self, by: float) -> "Parts":
+        """Without the first ``by`` [s] of each recording over time."""
+        both = (tuple(cut_in_time(r, extent(r)[0] + by, np.inf) for r in part) for part in (self.training, self.held_out))
+        training, held_out = both
+        return replace(self, training=training, held_out=held_out)
+
 
 def held_out_parts(recordings: Sequence[Recording], named: Sequence[Recording], window: float) -> Parts:
     """Recordings that are named are held out; of several others the last ``SHARE``; of a single one the end of it.

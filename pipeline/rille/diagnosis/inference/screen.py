@@ -136,8 +136,8 @@ def screen(
     loud = loud_channels(judge)
     closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
     each = zip(hypotheses, shapes, closely, roughly, strict=True)
-    kept: dict[bool, list[float]] = {rough: [0.0] for rough in few}
-    questions = [_propose(few[rough], h, tried, close, kept[rough]) for h, tried, close, rough in each]
+    drops: dict[bool, list[float]] = {rough: [0.0] for rough in few}
+    questions = [_propose(few[rough], h, tried, close, drops[rough]) for h, tried, close, rough in each]
     found = {}
     for rough, own in few.items():
         here = [k for k, one in enumerate(roughly) if one == rough]
