@@ -100,7 +100,7 @@ def diagnose(
     by, again = EDGES * window, run.again("other edges", 0.8)
     if not may_hide(look) or not all(last - first > LEAST * window for first, last in map(extent, (*parts.training, *parts.held_out))):
         return look.diagnosis
-    other = _diagnosed(coarse, parts.later(by), like, kinds, chosen, again).diagnosis
+    other = _diagnosed(coarse, parts.later(by), like, kinds, chosen, again, short=True).diagnosis
     if takes_over(other, look.diagnosis):
         return replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by)))
     return replace(look.diagnosis, seconds=other.seconds)
@@ -121,8 +121,10 @@ def _diagnosed(
     kinds: Sequence[EffectKind],
     options: Options,
     run: Staged,
+    *,
+    short: bool = False,
 ) -> Look:
-    """like : how evidence is gathered."""
+    """like : how evidence is gathered. short : whether something short is looked for, whatever the difference looks like."""
     base: list[Comparison] = run.run("comparisons", 0.05, 0.19, lambda told: _compared(simulators, parts, like, told))
     difference: Difference = run.run("difference", 0.19, 0.2, lambda told: find_difference(base))
     location = locate(difference, base)
@@ -134,8 +136,9 @@ def _diagnosed(
         return Look(_answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know"), base)
     if not difference.differs:
         return Look(_answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing"), base)
+    asked = replace(location, shape="transient") if short else location
     found, unknown, improved = run.run(
-        "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, like, base, location, kinds, options, told)
+        "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, like, base, asked, kinds, options, told)
     )
     size = max(row.normalised for row in difference.channels if row.differs)
     if found.verdict == "nothing_missing" and size > CLEARLY:

@@ -13,7 +13,7 @@ from rille.model.diagnosis import NAMING, Diagnosis
 
 EDGES = 0.5  # of a window, by which the windows of a second look begin later
 LEAST = 3.0  # windows that a recording must last for that
-NEAR = 0.05  # of a window, from an edge
+NEAR = 0.02  # of a window, from an edge
 SEAM = "found with windows that begin {by:.3g} s later: the first windows met where something short happened"
 
 

@@ -12,7 +12,7 @@ LEAST_IN_WINDOW = 0.5  # or that of a window's degrees, in one window at least
 LEAST_IN_CHANNEL = 0.25  # of a channel's degrees: its noise may be stated wrong by a tenth
 LEAST_EXCESS = 0.015  # of all the excess: smaller drops may be curvature of what was found before
 LEAST_OF_REST = 0.2  # of the excess that is left without the piece: many small pieces are an expansion of something else
-NO_TRIFLE, LEAST_OF_IT = 100.0, 0.3  # chi-squared per degree at which what is left is no trifle, whatever was found; share of it, then
+NO_TRIFLE, LEAST_OF_IT = 0.25, 0.3  # excess per degree at which what is left is no trifle, whatever was found; share of it, then
 SIGNIFICANT = 4.0  # standard deviations of chi-squared
 
 
@@ -29,6 +29,13 @@ def is_accepted(scores: Scores, new: int, old: int, judge: Judge, *, tries: int,
     rest = scores.chi2[old] - judge.floor * judge.degrees
     large = (rest > NO_TRIFLE * judge.degrees and drop > LEAST_OF_IT * rest) or drop > max(LEAST_EXCESS * excess, LEAST_OF_REST * rest)
     return felt and large and scores.clearly_ahead(new, old, np.log(max(tries, 1)) + NATS)
+
+
+def is_trifle(judge: Judge, excess: float) -> bool:
+    """Whether what the base of a judge leaves is little beside what there was, and little beside the noise. excess : as of
+    ``is_accepted``.
+    """
+    return judge.excess <= LEAST_EXCESS * excess and judge.excess <= NO_TRIFLE * judge.degrees
 
 
 def differs(judge: Judge) -> bool:

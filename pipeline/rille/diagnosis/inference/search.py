@@ -12,7 +12,7 @@ import numpy as np
 
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
-from rille.diagnosis.inference.accept import LEAST_EXCESS, LEAST_SHARE, differs, is_accepted, loud_channels, noise_of
+from rille.diagnosis.inference.accept import LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
 from rille.diagnosis.inference.confound import groups
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
 from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of
@@ -75,7 +75,7 @@ def search(
 
 def _worth_looking(state: State) -> bool:
     """Whether enough is left that another piece could be accepted. The first look is always worth it: noise may be overstated."""
-    return not state.pieces or (differs(state.judge) and state.judge.excess > LEAST_EXCESS * state.first.excess)
+    return not state.pieces or (differs(state.judge) and not is_trifle(state.judge, state.first.excess))
 
 
 def _look(
