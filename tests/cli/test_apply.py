@@ -151,3 +151,29 @@ def test_the_digest_of_a_model_is_that_of_its_physics(pendulum):
     assert store.model_digest(pendulum) == before
     store.add_effect(pendulum, Effect(kind="coulomb_friction", target="hinge1", parameters={"torque": 0.1}))
     assert store.model_digest(pendulum) != before
+
+
+def test_moments_of_inertia_change_together(pendulum, tmp_path):
+    """A slender rod: each new moment breaks the triangle with the two old ones, all three together do not."""
+    before = store.parameter_values(pendulum, [f"body.link2.{axis}" for axis in ("ixx", "iyy", "izz")])
+    assert max(before.values()) > 100 * min(before.values())
+    target = tmp_path / "heavier.db"
+    store.improve(pendulum, target, [], {name: 1.5 * value for name, value in before.items()}, why="diagnosis-1", tool="test")
+    assert store.parameter_values(target, before) == pytest.approx({name: 1.5 * value for name, value in before.items()})
+    assert store.check(target) == []
+
+
+def test_what_is_not_applied_is_told(pendulum, tmp_path):
+    bias = Hypothesis(cause="sensor", kind="bias", target="angle1", target_kind="channel", free=(free("offset", "rad"),))
+    keep(pendulum, (replace(COULOMB, target="hinge1").at({"torque": FRICTION}), bias.at({"offset": 0.1})))
+    done = rille("apply", pendulum, "-o", tmp_path / "improved.db")
+    assert done.returncode == 0
+    assert "bias of angle1" in done.stderr
+    assert "import" in done.stderr
+
+
+def test_what_makes_held_out_data_worse_is_not_applied(pendulum, tmp_path):
+    setting = (replace(COULOMB, target="hinge1").at({"torque": FRICTION}),)
+    keep(pendulum, setting, verdict="unknown", detail={"scenario": "swing", "proof": {"gap_closed": -0.5}})
+    assert_refused(rille("apply", pendulum, "-o", tmp_path / "improved.db"), "-50%")
+    assert not (tmp_path / "improved.db").exists()

@@ -171,3 +171,8 @@ def test_calm_recordings_are_for_pushes_alone(pendulum, asked):
         assert done.returncode == 3
         assert "--calm looks for pushes alone" in done.stderr
     assert asked == []
+
+
+def test_a_recording_is_not_calm_and_searched_for_pushes(pendulum, asked):
+    with pytest.raises(InputRefused, match="'run' cannot be calm"):
+        run(pendulum, "run", "--calm", "run")

@@ -10,11 +10,11 @@ from rille._solver import Model, Simulation
 from machines import LUNAR_SOIL, cart, chain, plane
 from made_machines import machine_of
 from rille import simulate, store
-from rille.diagnosis.hypotheses.candidates import candidates, of_kind
+from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_known
 from rille.diagnosis.hypotheses.natural import factor_of, natural, size_of
 from rille.diagnosis.hypotheses.sensor_hypotheses import channels_of, sensor_hypotheses
 from rille.diagnosis.hypotheses.tries import place_tries
-from rille.model import Command, Drive, Effect, Grouser, Scenario
+from rille.model import Command, Drive, Effect, Grouser, InputRefused, Scenario
 from rille.model.diagnosis import Location, Span
 from rille.model.recording import Channel
 
@@ -232,3 +232,15 @@ def test_the_solver_runs_every_trial(make_model, machine):
 def run(model, channels):
     """(n, channels) of 0.2 s."""
     return Simulation(model).sample(round(0.2 / model.step), 10, channels)
+
+
+def test_names_that_mean_nothing_are_refused():
+    found = candidates(machine_of(pendulum()), (), KINDS)
+    for only, without, said in (
+        (["coulumb_friction"], [], "did you mean coulomb_friction"),
+        ([], ["nosuch"], "--without 'nosuch' is no kind"),
+        (["hinge1"], ["hinge1"], "leaves nothing to try"),
+    ):
+        with pytest.raises(InputRefused, match=said):
+            require_known(found, KINDS, only, without)
+    require_known(found, KINDS, ["effect"], ["backlash"])

@@ -59,6 +59,17 @@ def test_several_pieces_are_named_together(truth):
     assert all(np.isclose(values[t.hypothesis.title], t.values[0], rtol=0.05) for t in truth)
 
 
+def test_what_is_small_beside_the_first_piece_is_named_too():
+    """Viscous friction that makes 0.3 % of all that is beyond the noise, and is half as large as the noise itself: plain to see, once the
+    dry friction beside it is known. Its number has an error of 1 % by the noise.
+    """
+    truth = (named("coulomb", "left", force=2.0), named("viscous", "right", coefficient=0.15))
+    found = search(recorded(truth, seconds=12), CHEAP)
+    assert titles(found) == sorted(t.hypothesis.title for t in truth)
+    values = {t.term.hypothesis.title: t.term.values[0] for t in found.terms}
+    assert all(np.isclose(values[t.hypothesis.title], t.values[0], rtol=0.05) for t in truth)
+
+
 def test_a_push_is_named_though_no_window_of_it_can_be_held_out():
     push = named("push", "left", force=4.0, start=12.3, duration=0.2)
     found = search(recorded((push,), seconds=20), [h for h in catalogue() if h.kind in ("push", "coulomb", "mass", "bias")])

@@ -152,7 +152,9 @@ def test_the_gate_refuses_and_a_manifest_accepts(tmp_path):
     refuse(tmp_path, r"data gate refuses.*accepted = \[\"missing\"\]", manifest(tmp_path, "d.parquet"), gate=gate)
     accepting = CHANNELS.replace('unit = "rad"\n', 'unit = "rad"\nmissing = "accept"\n')
     (done,) = load(manifest(tmp_path, "d.parquet", channels=accepting), tmp_path / "m.db", gate=gate)
-    assert "missing" in {finding.code for finding in done.recording.findings}
+    (told,) = (finding for finding in done.recording.findings if finding.code == "missing")
+    assert told.severity == "warning"
+    assert told.message.endswith("the manifest accepts it")
 
 
 @pytest.mark.parametrize("make", [write_mcap, write_bag])

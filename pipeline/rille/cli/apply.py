@@ -28,6 +28,12 @@ def apply(
 
     found = store.find_finding(database, finding)
     setting = setting_of(found.setting)
+    gap = (found.detail.get("proof") or {}).get("gap_closed")
+    if found.verdict == "unknown" and gap is not None and gap <= 0:
+        raise InputRefused(
+            f"finding '{found.name}' ({TITLES['unknown']}) makes the model no better: of the gap of what was held out it closes {gap:.0%}; "
+            "nothing is applied"
+        )
     proposed = proposal(database, setting, str(found.detail.get("scenario") or ""))
     if not proposed.changes:
         raise InputRefused(
@@ -43,12 +49,18 @@ def apply(
         scenario=proposed.scenario,
         soils=proposed.soils,
     )
+    faults = [term.hypothesis.title for term in setting if term.hypothesis.cause == "sensor"]
     if as_json:
-        print_json({"finding": found.name, "database": str(output), "changes": plain(proposed.changes)})
+        print_json({"finding": found.name, "database": str(output), "changes": plain(proposed.changes), "not_applied": faults})
         return
     for change in proposed.changes:
         before = "new" if change.before is None else f"{change.before:.6g} ->"
         unit = "" if change.unit in ("1", "-") else f" {change.unit}"
         print(f"{change.table:9s} {change.row:32s} {change.column:24s} {before} {change.after:.6g}{unit}")
+    if found.verdict == "unknown":
+        say("this has no name: what was applied behaves like it in these recordings, and may do so in no others")
+    if faults:
+        say(f"faults of sensors are no part of the model and stay in the recordings: {', '.join(faults)}; the fit is as promised once the "
+            "manifest corrects them and the recordings are imported again")  # fmt: skip
     shown = (found.held_out or found.recordings)[:1]
     say(f"wrote {output}, the model of {database} with {found.name}; see its fit: `rille compare {' '.join([str(output), *shown])}`")

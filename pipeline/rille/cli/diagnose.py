@@ -70,6 +70,9 @@ def diagnose(
     if calm and (held_out or only or without):
         raise InputRefused("--calm looks for pushes alone; --held-out, --only and --without belong to the search for what is missing")
     training, aside = _named(database, recording, calm or held_out, scenario)
+    both = {r.name for r in training} & {r.name for r in aside}
+    if calm and both:
+        raise InputRefused(f"recording '{min(both)}' cannot be calm and be searched for pushes at once; name it once")
     options = Options(window=length, most=most, only=tuple(only or ()), without=tuple(without or ()))
     stages = _stages(database, training, aside, options, bool(calm), fresh)
     with progress("diagnosing") as update:

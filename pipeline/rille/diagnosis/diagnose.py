@@ -20,7 +20,7 @@ from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
 from rille.diagnosis.evidence.window_and_step import window_and_step
 from rille.diagnosis.evidence.window_length import LENGTHS
-from rille.diagnosis.hypotheses.candidates import candidates, of_kind
+from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_known
 from rille.diagnosis.hypotheses.natural import natural
 from rille.diagnosis.hypotheses.tries import place_tries
 from rille.diagnosis.inference.found import Found
@@ -83,11 +83,13 @@ def diagnose(
 
     Raises
     ------
-    InputRefused : as of ``compare_windows`` and ``held_out_parts``.
+    InputRefused : as of ``compare_windows``, ``held_out_parts`` and ``require_known``.
     """
     chosen = options or Options()
     run = Staged(on_progress, stage)
     parts = held_out_parts(recordings, held_out, chosen.window or LENGTHS[-1])
+    if chosen.only or chosen.without:
+        _require_known(simulators, parts, kinds, chosen)
     noise = shared_noise([*parts.training, *parts.held_out])
     window, step, rough = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
 
@@ -104,6 +106,12 @@ def diagnose(
     if takes_over(other, look.diagnosis):
         return replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by)))
     return replace(look.diagnosis, seconds=other.seconds)
+
+
+def _require_known(simulators: Callable[[str], Any], parts: Parts, kinds: Sequence[EffectKind], options: Options) -> None:
+    machine = simulators(parts.training[0].scenario or "").machine()
+    channels = [channel for recording in parts.training for channel in recording.channels]
+    require_known(candidates(machine, channels, kinds), kinds, options.only, options.without)
 
 
 def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> tuple[float, float, float | None]:

@@ -160,6 +160,7 @@ def import_recording(
             if refusal is not None:
                 on_refused(told, reader.load)
                 raise refusal
+            findings = [[_accepted(f) if f.severity == "error" else f for f in recording.findings] for recording in told]
         imported = []
         for k, (building, found) in enumerate(zip(built, findings, strict=True)):
             on_progress("storing", 0.95 + 0.05 * k / len(built))
@@ -226,6 +227,12 @@ def _refusal(manifest: Manifest, columns: Sequence[Column], recordings: Sequence
         f"the data gate refuses recording '{name}': {first.message.rstrip('.')}{more}; correct the manifest, "
         f'or accept it there ({where}accepted = ["{first.code}"])'
     )
+
+
+def _accepted(finding: GateFinding) -> GateFinding:
+    """An error that the manifest accepts is a warning: what it is, without the advice to accept it."""
+    fact = finding.message.partition("; ")[0].rstrip(".")
+    return replace(finding, severity="warning", message=f"{fact}; the manifest accepts it")
 
 
 class _Reader:

@@ -113,11 +113,15 @@ def improve(
             for soil in soils:
                 write_soil(connection, soil)
             places = Places(connection=connection, path=source, scenario=scenario, others=parameters)
+            rows: dict[tuple[str, int], list[tuple[Place, float]]] = {}
             for name, value in parameters.items():
                 if name == TRACK_WIDTH:
                     spread_wheels(connection, value)
                 else:
-                    _change(connection, places.find(name), value, why)
+                    place = places.find(name)
+                    rows.setdefault((place.table, place.key), []).append((place, place.factor * value))
+            for numbers in rows.values():
+                _change(connection, numbers, why)
             for effect in effects:
                 insert_effect(connection, effect)
             file = SourceFile(subject=f"calibrated by {why}", file=str(source), sha256=_digest(source), tool=tool)
@@ -141,19 +145,22 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _change(connection: sqlite3.Connection, place: Place, value: float, why: str) -> None:
-    after = place.factor * value
+def _change(connection: sqlite3.Connection, numbers: Sequence[tuple[Place, float]], why: str) -> None:
+    """Numbers of one row, together: three moments of inertia must go with each other (a triangle), not each with the old ones."""
+    table, row, key = numbers[0][0].table, numbers[0][0].row, numbers[0][0].key
+    whole = [(place.column, after) for place, after in numbers if not place.inside]
     try:
-        if place.inside:
-            statement = f"UPDATE {place.table} SET {place.column} = json_set({place.column}, ?, ?) WHERE id = ?"
-            connection.execute(statement, (f'$."{place.inside}"', after, place.key))
-        else:
-            connection.execute(f"UPDATE {place.table} SET {place.column} = ? WHERE id = ?", (after, place.key))
-        _mark(connection, place, why)
+        if whole:
+            columns = ", ".join(f"{column} = ?" for column, _ in whole)
+            connection.execute(f"UPDATE {table} SET {columns} WHERE id = ?", (*(after for _, after in whole), key))
+        for place, after in numbers:
+            if place.inside:
+                statement = f"UPDATE {table} SET {place.column} = json_set({place.column}, ?, ?) WHERE id = ?"
+                connection.execute(statement, (f'$."{place.inside}"', after, key))
+            _mark(connection, place, why)
     except sqlite3.IntegrityError as error:
-        raise InputRefused(
-            f"{place.table} '{place.row}' cannot have {place.name} = {after:g}: {error}; the finding was made with another model"
-        ) from error
+        listed = ", ".join(f"{place.name} = {after:g}" for place, after in numbers)
+        raise InputRefused(f"{table} '{row}' cannot have {listed}: {error}; the finding was made with another model") from error
 
 
 def _mark(connection: sqlite3.Connection, place: Place, why: str) -> None:

@@ -75,7 +75,7 @@ def _of_length(recordings: Sequence[Recording]) -> Iterable[str]:
     total = sum(_duration(r) for r in recordings)
     if total < SHORTEST:
         yield (
-            f"the recordings last {total:.3g} s together, less than {SHORTEST:g} s: nothing can be held out, and a fit not be told from a "
+            f"the recordings that were fitted last {total:.3g} s together, less than {SHORTEST:g} s: a fit can hardly be told from a "
             "coincidence; record for longer, or once more"
         )
 

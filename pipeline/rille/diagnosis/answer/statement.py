@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from rille.model.diagnosis import Estimate, Location, NamedTerm, Proof, RankedHypothesis, Transient, Verdict
 
 LITTLE = 0.005  # share of the excess that is not worth a word
+MORE = 1.5  # times the floor, beyond which what is left is told
 MOST_NAMES = 4
 
 
@@ -86,7 +87,11 @@ def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedH
     if verdict == "unknown":
         nearest = f"; nearest is {ranked[0].title}, which explains {100 * ranked[0].explained:.0f} %" if ranked else ""
         return f"something is missing that the catalogue has no name for{nearest}"
-    return f"{'this is' if len(terms) == 1 else 'these are'} missing in the model: {named}{sure}{explained}"
+    faults = [term for term in terms if term.term.hypothesis.cause == "sensor"]
+    missing = [term for term in terms if term not in faults]
+    beside = f"; and a sensor is at fault: {_listed([_named(term) for term in faults])}" if faults else ""
+    listed = _listed([_named(term) for term in missing])
+    return f"{'this is' if len(missing) == 1 else 'these are'} missing in the model: {listed}{beside}{sure}{explained}"
 
 
 def _explained(leftover: float) -> str:
@@ -115,4 +120,5 @@ def _proven(proof: Proof) -> str:
     return (
         f"on {proof.held_out}, which the fit has not seen, the gap to the noise closes by {100 * proof.gap_closed:.0f} %{interval}: "
         f"RMS {proof.before:.2f} to {proof.after:.2f} times the noise, floor {proof.floor:.2f}"
+        + ("; what is left there is not noise, so that this is not all of it" if proof.after > MORE * proof.floor else "")
     )

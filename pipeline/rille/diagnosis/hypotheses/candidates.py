@@ -6,10 +6,12 @@ for, is the catalogue's to say; how large its numbers usually are on this machin
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 
 from rille.diagnosis.hypotheses.natural import Natural, Scales, factor_of, matters, moving_bodies, natural, size_of
 from rille.diagnosis.hypotheses.parameter_hypotheses import MOST_SPREADS, parameter_hypotheses
 from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses, shifts
+from rille.model import InputRefused
 from rille.model.diagnosis import Location
 from rille.model.effect import EffectKind, EffectParameter
 from rille.model.hypothesis import FreeNumber, Hypothesis, Search
@@ -186,8 +188,31 @@ def _in_time(number: FreeNumber, scales: Natural, location: Location | None) -> 
 
 def of_kind(hypotheses: Iterable[Hypothesis], only: Sequence[str] = (), without: Sequence[str] = ()) -> tuple[Hypothesis, ...]:
     """Those whose kind, cause or target is among ``only`` (all if empty) and not among ``without``."""
+    return tuple(h for h in hypotheses if (not only or _words(h) & set(only)) and not _words(h) & set(without))
 
-    def words(hypothesis: Hypothesis) -> set[str]:
-        return {hypothesis.kind, hypothesis.cause, hypothesis.target}
 
-    return tuple(h for h in hypotheses if (not only or words(h) & set(only)) and not words(h) & set(without))
+def require_known(
+    hypotheses: Sequence[Hypothesis], kinds: Sequence[EffectKind], only: Sequence[str] = (), without: Sequence[str] = ()
+) -> None:
+    """Refuse a choice of ``of_kind`` that means nothing.
+
+    Raises
+    ------
+    InputRefused : for a name that is no kind, cause or target of a hypothesis here, nor a kind of the catalogue; if nothing is left to try.
+    """
+    known = set().union({kind.name for kind in kinds}, *(_words(h) for h in hypotheses))
+    for option, names in (("--only", only), ("--without", without)):
+        for name in names:
+            if name not in known:
+                like = get_close_matches(name, sorted(known), n=3)
+                hint = f"did you mean {', '.join(like)}?" if like else "`rille effects` lists the kinds of physics"
+                raise InputRefused(
+                    f"{option} '{name}' is no kind, cause (effect, parameter, sensor) or target that could be tried here; {hint}"
+                )
+    if not of_kind(hypotheses, only, without):
+        said = " ".join([*(f"--only {name}" for name in only), *(f"--without {name}" for name in without)])
+        raise InputRefused(f"{said} leaves nothing to try of {len(hypotheses)} hypotheses; choose fewer")
+
+
+def _words(hypothesis: Hypothesis) -> set[str]:
+    return {hypothesis.kind, hypothesis.cause, hypothesis.target}

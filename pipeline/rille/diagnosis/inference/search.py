@@ -61,7 +61,8 @@ def search(
     """
     judge = Judge(evidence, always, floor=floor)
     if judge.metric.n_windows < LEAST_WINDOWS or judge.degrees < LEAST_DEGREES:
-        note = f"{judge.metric.n_windows} windows with {judge.degrees:.0f} degrees of freedom are too few to hold any out; record longer"
+        found = f"{judge.metric.n_windows} windows with {judge.degrees:.0f} degrees of freedom"
+        note = f"{found} are too few to hold any out; record longer, or take shorter windows"
         return _answer(State(always=always, first=judge, judge=judge, notes=[note]), kinds or {}, "cannot_know")
     if any(number for term in always for number in term.hypothesis.free):
         always = fit_together(judge, [[always]], on_progress=on_progress)[0].setting
