@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import swung
 from effect_rigs import EARTH, flywheel
 from machines import cart, chain, plane
 from recorded import commanded, record
 from rille import simulate, store
 from rille.cli.bench_rigs import bench_rig
 from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
-from rille.diagnosis.diagnose import diagnose
+from rille.diagnosis.diagnose import Options, diagnose
 from rille.model import Command, Effect, InputRefused, Pose, Scenario
 from rille.model.recording import Channel, GateFinding, Recording
 
@@ -199,3 +200,14 @@ def test_three_points_name_nothing(make_model):
     found = bench_answer(make_model, bench_points([Effect(kind="slip_sinkage", parameters={"slip_gain": 0.5})], [50.0], [0.1, 0.3, 0.5]))
     assert found.verdict not in ("named", "parameter", "sensor_fault")
     assert found.limits
+
+
+def test_a_pose_that_nobody_recorded_is_not_blamed_on_physics(make_model):
+    """Rates alone, of a pendulum that began at half a radian; the model begins at rest. Nothing is missing but the pose."""
+    path, plan = swung.model(make_model, 2, (), 5.0)
+    rates = [channel for channel in swung.sensors() if channel.quantity == "joint.velocity"]
+    run = commanded(record(path, rates, duration=5.0, rate=200, seed=2), plan)
+    hanging = make_model(store.read_rover(path), replace(plan, initial_states=()), None)
+    found = answer(hanging, run, options=Options(only=("coulomb_friction", "viscous_friction")))
+    assert found.verdict == "cannot_know"
+    assert any("no channel shows the position of hinge1, hinge2" in note for note in found.notes)

@@ -47,6 +47,10 @@ HIDDEN = (
     "a channel differs by {size:.2g} times its noise, but other starts of the windows would explain that as well: it may be something "
     "short where two windows meet; diagnose with another --window, or record it again"
 )
+UNPLACED = (
+    "no channel shows the position of {joints}: windows begin where the model stood and its simulation carried it, and if that is not "
+    "where the machine was, all that follows differs; record the position, or begin from a pose that the scenario states"
+)
 FALSE_ALARM = "the comparison calls something different, but no hypothesis and no excess of chi-squared bears it out"
 
 
@@ -213,6 +217,9 @@ def _search(
         tries={**place_tries(hypotheses, machine, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
         on_progress=lambda what, share: told(0.25 + 0.65 * share, 1, what),
     )
+    unplaced = _unplaced(simulators(parts.training[0].scenario or ""), evidence)
+    if found.verdict == "unknown" and unplaced:
+        found = replace(found, verdict="cannot_know", notes=(*found.notes, UNPLACED.format(joints=", ".join(unplaced))))
     after: Any = found.evidence
     unknown = None
     if found.verdict == "unknown":
@@ -227,6 +234,19 @@ def _search(
     if any([term.hypothesis for term in part.assumed] != [term.hypothesis for term in setting] for part in after.parts):
         after = after.relinearised(setting)
     return replace(found, evidence=None), unknown, [comparison_of(part, setting) for part in after.parts]
+
+
+def _unplaced(simulator: Any, evidence: ReplayEvidence) -> list[str]:
+    """Joints that swing freely, whose position no channel shows."""
+    if simulator.has_ground:
+        return []
+    held = {d.joint for d in simulator.machine().drives if d.mode != "torque" and d.speed_gain is None}
+    starts = evidence.parts[0].starts
+    return [
+        c.name
+        for c, seen in zip(starts.coordinates, starts.seen.T, strict=True)
+        if c.kind == "joint" and not seen.any() and c.name not in held
+    ]
 
 
 def _floor(evidence: ReplayEvidence, noise: Noise) -> float:
