@@ -89,8 +89,8 @@ def settle(
             (again,) = fit_together(here, [[taken.setting]])
             state.replays += here.replays
             here = Judge(anew, again.setting, floor=state.first.floor)
-            taken = again if here.chi2 <= taken.chi2 + trifle else taken
-        if here.chi2 > taken.chi2 + trifle:
+            taken = again if not _is_worse(here, taken, trifle) else taken
+        if _is_worse(here, taken, trifle):
             state.notes.append("starts fitted under the new model explain less than those before; the latter are kept")
             here = Judge(linear, taken.setting, floor=state.first.floor)
         linear = here.evidence
@@ -124,6 +124,13 @@ def settle(
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
     return True
+
+
+def _is_worse(here: Judge, taken: Fitted, trifle: float) -> bool:
+    """Whether new starts explain less. Those that explain the data to their noise do not: there the old ones fit noise, far from where their
+    derivatives were taken.
+    """
+    return here.chi2 > max(taken.chi2 + trifle, here.floor * here.degrees)
 
 
 def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], count: int) -> list[Fitted]:
