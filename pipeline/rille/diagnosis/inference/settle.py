@@ -127,8 +127,8 @@ def settle(
 
 
 def _is_worse(here: Judge, taken: Fitted, trifle: float) -> bool:
-    """Whether new starts explain less. Those that explain the data to their noise do not: there the old ones fit noise, far from where their
-    derivatives were taken.
+    """Whether new starts explain less. Those that explain the data to their noise do not: there the old ones fit noise, far from where
+    their derivatives were taken.
     """
     return here.chi2 > max(taken.chi2 + trifle, here.floor * here.degrees)
 
