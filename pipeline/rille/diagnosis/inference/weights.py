@@ -31,13 +31,14 @@ class Calibration:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
     """One development trial. behind, behind_error (m,) [nats] : of the hypotheses, the best has 0. truth : which one is right, -1: none of
-    them. leftover : share of the excess that the best leaves.
+    them. leftover : share of the excess that the best leaves. weight : how much it counts.
     """
 
     behind: Array
     behind_error: Array
     truth: int
     leftover: float
+    weight: float = 1.0
 
 
 @cache
@@ -74,7 +75,7 @@ def calibrated(trials: Sequence[Trial], source: str) -> Calibration:
         total = 0.05 * float(np.sum((x - first) ** 2))
         for trial in trials:
             each, none = probabilities(trial.behind, trial.behind_error, trial.leftover, made(x))
-            total -= float(np.log(max(none if trial.truth < 0 else each[trial.truth], 1e-9)))
+            total -= trial.weight * float(np.log(max(none if trial.truth < 0 else each[trial.truth], 1e-9)))
         return total
 
     return made(minimize(cost, first, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-4, "maxiter": 2000}).x)
