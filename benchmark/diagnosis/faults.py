@@ -92,7 +92,6 @@ OWN = {
     "backlash": {"stiffness": 2000.0, "damping": 1.0, "rotor_inertia": 1e-4},
     "joint_elasticity": {"damping": 0.05, "rotor_inertia": 1e-4},
 }
-NEEDS_DRIVE = ("load_friction", "backlash", "joint_elasticity", "motor_saturation", "motor_lag", "command_delay", "supply_sag")
 
 
 def effect_targets(subject: Subject, kind: EffectKind) -> tuple[str, ...]:
@@ -100,7 +99,7 @@ def effect_targets(subject: Subject, kind: EffectKind) -> tuple[str, ...]:
     if kind.target in ("sensor", "any") or (kind.name == "soil_change" and subject.kind == "points"):
         return ()
     have = {(e.kind, e.target) for e in subject.effects}  # more of what is known is a wrong number
-    word = ("driven" if kind.name in NEEDS_DRIVE else "joint") if kind.target == "joint" else KIND_TARGETS[kind.target]
+    word = ("driven" if kind.needs == "drive" else "joint") if kind.target == "joint" else KIND_TARGETS[kind.target]
     return tuple(t for t in subject.targets.get(word, ()) if (kind.name, t) not in have)
 
 

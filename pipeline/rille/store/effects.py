@@ -2,7 +2,7 @@
 
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from functools import cache
 from pathlib import Path
@@ -111,9 +111,27 @@ def insert_effect(connection: sqlite3.Connection, effect: Effect) -> None:
                 f"the effect '{kind.name}' acts on {target} '{effect.target}', which the model does not have; "
                 f"{nearest_names(effect.target, names)}"
             )
-    key = connection.execute("SELECT id FROM effect_kind WHERE name = ?", (effect.kind,)).fetchone()["id"]
-    row = {"effect_kind_id": key, "target": effect.target, "parameters": json.dumps(dict(effect.parameters))}
+    row = {"effect_kind_id": _key_of_law(connection, effect.kind), "target": effect.target, "parameters": json.dumps(dict(effect.parameters))}
     insert(connection, "effect", f"effect '{effect.kind}'", row)
+
+
+def _key_of_law(connection: sqlite3.Connection, kind: str) -> int:
+    """Key of a law in the catalogue of a database; a file that was made before the law was known is given the present catalogue."""
+    asked = "SELECT id FROM effect_kind WHERE name = ?"
+    if connection.execute(asked, (kind,)).fetchone() is None:
+        for statement in _statements((schema_folder() / "effects.sql").read_text()):  # not executescript, which would commit
+            connection.execute(statement)
+    return connection.execute(asked, (kind,)).fetchone()["id"]
+
+
+def _statements(text: str) -> Iterator[str]:
+    """The statements of an SQL file, one by one."""
+    begun = ""
+    for line in text.splitlines(keepends=True):
+        begun += line
+        if sqlite3.complete_statement(begun):
+            yield begun
+            begun = ""
 
 
 def read_effects(path: Path) -> tuple[Effect, ...]:

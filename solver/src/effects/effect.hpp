@@ -71,6 +71,7 @@ struct JointFriction {
 
 // What stands between a command and the joint.
 struct DriveLine {
+  double gain = 1;                    // [-] set value per command
   double lag = 0;                     // [s] time constant of the set value
   double inverse_no_load_speed = 0;   // [s/rad] 1/w_0 of the torque-speed line
   double sag = 0;                     // [-] fraction of the supply that is lost at the largest effort

@@ -31,6 +31,7 @@ namespace rille {
   X(motor_lag) \
   X(torque_ripple) \
   X(command_delay) \
+  X(command_gain) \
   X(supply_sag) \
   X(joint_pulse) \
   X(mass_change) \

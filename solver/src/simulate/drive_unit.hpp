@@ -25,7 +25,8 @@ class DriveUnit {
   // A step begins: what was commanded before holds on.
   void begin_step() { mean_set_value_ = set_value_; }
   // A command that acts for this share of the step, from some instant to the end of it.
-  void set(double value, double share = 1) {
+  void set(double command, double share = 1) {
+    const double value = line_.gain * command;
     mean_set_value_ += share * (value - set_value_);
     set_value_ = value;
   }
@@ -63,7 +64,7 @@ class DriveUnit {
   const Drive* drive_;
   int dof_;
   DriveLine line_;
-  double set_value_ = 0;      // [rad/s, rad or N m] as commanded last
+  double set_value_ = 0;      // [rad/s, rad or N m] of the last command
   double mean_set_value_ = 0; // over the step: the motion is continuous in the time of a command
   double lagged_ = 0;         // the same behind the motor's lag
   bool lag_started_ = false;
