@@ -21,7 +21,7 @@ PACKAGES := build-essential cmake ninja-build pkg-config \
 
 CPP_SOURCES := $(shell find solver schema/schema.sql -type f \( -name '*.cpp' -o -name '*.hpp' -o -name '*.in' -o -name '*.sql' -o -name CMakeLists.txt \))
 
-.PHONY: help setup build demo test cpp-test sanitize fuzz examples maneuvers bench bench-diagnosis check format clean
+.PHONY: help setup build demo demo-proof prove test cpp-test sanitize fuzz examples maneuvers bench bench-diagnosis check format clean
 
 help:  ## list the verbs
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 12
@@ -110,6 +110,16 @@ bench: build  ## measure steps per second, real-time factor and step-size error
 # QUICK=--quick takes a few trials of every sort. It goes on where it was interrupted; remove out/bench-diagnosis to begin anew.
 bench-diagnosis: build  ## diagnose recordings with one known thing wrong: confusion matrix, tables (hours; QUICK=--quick: a few trials)
 	@$(BIN)/python benchmark/diagnosis/bench.py run $(QUICK)
+
+# Another sentence draws other trials. Both go on where they were interrupted; remove the folder to begin anew.
+BEACON ?= rille
+demo-proof: build  ## 20 sealed trials of an independent generator: concealed, diagnosed, opened, scored, verified (BEACON="any sentence")
+	@$(BIN)/rille prove --beacon "$(BEACON)" --quick -o $(OUT)/demo-proof
+	$(BIN)/rille prove verify $(OUT)/demo-proof/ledger.db
+
+prove: build  ## all 330 sealed trials, about 4 hours on 2 cores (BEACON="any sentence")
+	@$(BIN)/rille prove --beacon "$(BEACON)" -o $(OUT)/proof
+	$(BIN)/rille prove verify $(OUT)/proof/ledger.db
 
 check: build  ## lint, types, tests
 	@$(BIN)/ruff check pipeline tests solver benchmark examples terrain_library

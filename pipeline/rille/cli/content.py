@@ -26,14 +26,14 @@ def recording_digest(recording: "Recording") -> str:
 
 
 @cache
-def code_digest() -> str:
-    """SHA-256 of the code that replays and diagnoses, compiled solver included."""
+def code_digest(packages: tuple[str, ...] = CODE) -> str:
+    """SHA-256 of the code that replays and diagnoses, compiled solver included. packages : those that count; () : all."""
     import rille
 
     found = hashlib.sha256()
     root = Path(rille.__file__).parent
-    for package in CODE:
-        for file in sorted((root / package).rglob("*.py")):
+    for folder in [root / package for package in packages] or [root]:
+        for file in sorted(folder.rglob("*.py")):
             found.update(file.read_bytes())
     solver = find_spec("rille._solver")
     if solver is not None and solver.origin:

@@ -1,0 +1,106 @@
+"""Trials as files: what a room of a sealed trial holds, and how strong what is concealed is."""
+
+import contextlib
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rille.model.recording import Recording
+    from rille.proof.making import Excess, Made
+    from rille.proof.trials import Drawn
+
+WINDOW = 0.5  # [s] in which the strength is measured
+ACCEPTED = ("sign", "unit", "range", "stuck")  # what a fault may look like to the data gate, which else would refuse it before diagnosis
+MODEL = "model.db"
+
+
+def write_model(drawn: "Drawn", path: Path) -> None:
+    """The base model of a trial, with its scenarios, as a new database."""
+    from rille import store
+
+    path.unlink(missing_ok=True)
+    machine = drawn.machine
+    store.create(path)
+    store.write_rover(path, machine.rover)
+    if machine.terrain is not None:
+        store.write_terrain(path, machine.terrain)
+    store.write_effects(path, machine.effects)
+    for scenario in drawn.scenarios:
+        store.write_scenario(path, scenario)
+
+
+def excess_of(model: Path) -> "Excess":
+    """Measures recordings against the base model in a database, in windows of 0.5 s, as ``rille compare`` does."""
+    import numpy as np
+
+    from rille import diagnosis, simulate
+    from rille.cli.compare_points import compare_points
+    from rille.diagnosis.comparison.pooled import pool
+
+    def excess(recordings: "Sequence[Recording]") -> Mapping[str, float]:
+        compared = [
+            compare_points(model, one)
+            if one.kind == "points"
+            else diagnosis.compare_windows(simulate.Replayer(model, one.name, threads=1), one, window=WINDOW)
+            for one in recordings
+        ]
+        return {c.channel.name: float(np.nansum(c.z**2) / np.sum(c.degrees)) for c in pool(compared) if not c.left_out}
+
+    return excess
+
+
+def make_room(drawn: "Drawn", folder: Path) -> "Made":
+    """Make a trial: its recordings, their manifests and the base model in a new folder, and nothing of the truth.
+
+    Raises
+    ------
+    Unreachable : if this draw cannot be made as strong as wanted.
+    """
+    from rille.proof.making import make
+
+    folder.mkdir(parents=True, exist_ok=True)
+    model = folder / MODEL
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        write_model(drawn, model)
+        made = make(drawn, excess_of(model))
+    write_model(drawn, model)  # as new: comparing leaves nothing behind, but nobody need believe that
+    for recording in made.recordings:
+        write_recording(recording, folder, hides_noise=drawn.hides_noise)
+    return made
+
+
+def write_recording(recording: "Recording", folder: Path, *, hides_noise: bool) -> Path:
+    """File and manifest of a recording; returns the manifest."""
+    from rille.model.sheet import toml_string
+    from rille.recording.writing import manifest_text, write_recording_file
+
+    if recording.kind == "points":
+        return _write_points(recording, folder)
+    file = folder / f"{recording.name}.parquet"
+    addresses = write_recording_file(file, recording, {})
+    text = manifest_text(recording, file.name, "parquet", addresses, hidden=frozenset(["noise"]) if hides_noise else frozenset())
+    manifest = file.with_suffix(".toml")
+    accepted = ", ".join(toml_string(code) for code in ACCEPTED)
+    manifest.write_text(f"accepted = [{accepted}]\n{text}", encoding="utf-8")
+    return manifest
+
+
+def _write_points(recording: "Recording", folder: Path) -> Path:
+    """A table of points and its manifest."""
+    import numpy as np
+
+    file = folder / f"{recording.name}.csv"
+    header = ",".join(channel.name for channel in recording.channels)
+    np.savetxt(file, np.column_stack([c.value for c in recording.channels]), delimiter=",", header=header, comments="", fmt="%.12g")
+    setup = {name: recording.setup[name] for name in ("soil", "law", "gravity")}
+    lines = [f'name = "{recording.name}"', f'file = "{file.name}"', 'kind = "points"', "", "[bench]"]
+    lines += [f'{name} = "{value}"' for name, value in setup.items()]
+    for channel in recording.channels:
+        lines += ["", "[[channel]]", f'column = "{channel.name}"', f'quantity = "{channel.quantity}"', f'target = "{channel.target}"']
+        lines += [f'unit = "{channel.unit}"', f'role = "{channel.role}"']
+        lines += [f'noise = "{channel.noise!r} {channel.unit}"'] if channel.noise else []
+    manifest = file.with_suffix(".toml")
+    manifest.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return manifest

@@ -1,0 +1,298 @@
+"""Sealed trials from a beacon: made, sealed, answered in rooms, opened, scored. Every step is kept, and the same command goes on."""
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rille.cli.talk import say
+
+if TYPE_CHECKING:
+    from rille.cli.prove_answering import Given
+    from rille.model.ledger import Ledger
+    from rille.proof.trials import Sort, Trial
+
+LEDGER, VAULT, ROOMS, TRUTHS, AGREEMENT = "ledger.db", "vault.json", "rooms", "truths", "agreement.json"
+PRIVATE = 0o600
+
+Files = Mapping[str, bytes]
+
+
+def prove(
+    folder: Path,
+    beacon: str,
+    counts: "Mapping[Sort, int]",
+    machines: Sequence[str],
+    *,
+    workers: int,
+    cluster: str | None,
+    baselines: bool,
+    until: float,
+) -> bool:
+    """Bring the proof in a folder as far as time allows. until : no new trial is begun after this [s, monotonic].
+
+    Returns
+    -------
+    Whether it is finished.
+
+    Raises
+    ------
+    InputRefused : if the folder holds another proof.
+    """
+    from rille import store
+    from rille.proof.trials import plan
+
+    folder.mkdir(parents=True, exist_ok=True)
+    trials = plan(beacon, counts, machines)
+    _require_same(folder, beacon, counts, machines)
+    ledger = folder / LEDGER
+    with _executor(workers, cluster) as pool:
+        if not ledger.exists():
+            if not _make(pool, folder, trials, until):
+                return False
+            _seal(folder, trials, beacon, counts)
+        root = store.read_ledger(ledger).plan.root
+        say(f"sealed: Merkle root {root}")
+        if not _answer(pool, folder, until, baselines):
+            return False
+        _agree(pool, folder, beacon, machines)
+    _open(folder)
+    return True
+
+
+def _require_same(folder: Path, beacon: str, counts: Mapping[str, int], machines: Sequence[str]) -> None:
+    """The folder is new, or of this very proof."""
+    from rille.model import InputRefused
+
+    asked = {"beacon": beacon, "counts": {k: v for k, v in counts.items() if v}, "machines": list(machines)}
+    file = folder / "plan.json"
+    if file.exists():
+        kept = json.loads(file.read_text(encoding="utf-8"))
+        if kept != asked:
+            raise InputRefused(
+                f"'{folder}' holds the trials of the beacon '{kept['beacon']}', {kept['counts']}; name another folder with -o"
+            )
+    elif any(folder.iterdir()):
+        raise InputRefused(f"'{folder}' is not empty and holds no trials; name another folder with -o")
+    else:
+        file.write_text(json.dumps(asked) + "\n", encoding="utf-8")
+
+
+@contextmanager
+def _executor(workers: int, cluster: str | None) -> Iterator[Executor]:
+    """Where trials are made and answered: processes of this machine, or workers of a Dask cluster, which need no common disk."""
+    if cluster is None:
+        pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+        return
+    from rille.simulate.cluster import connected
+
+    with connected(cluster) as client:
+        yield client.get_executor(pure=False)
+
+
+def _each(pool: Executor, what: str, work: Callable[..., Any], asked: Sequence[tuple], finish: Callable[[Any], None], until: float) -> bool:
+    """Do all that is asked, as many at a time as there are workers, nothing new after ``until`` [s, monotonic]. Whether all is done."""
+    begin, count, waiting = time.monotonic(), 0, list(reversed(asked))
+    running: set[Future] = set()
+    workers = _workers(pool)
+    while waiting or running:
+        while waiting and len(running) < workers and time.monotonic() < until:
+            running.add(pool.submit(work, *waiting.pop()))
+        if not running:
+            return False
+        future = next(as_completed(running))
+        running.discard(future)
+        finish(future.result())
+        count += 1
+        left = (time.monotonic() - begin) / count * (len(asked) - count)
+        say(f"{what} {count} of {len(asked)}, about {left / 60:.0f} min left")
+    return True
+
+
+def _workers(pool: Executor) -> int:
+    """How many trials it can do at a time."""
+    client = getattr(pool, "_client", None)
+    return sum(client.nthreads().values()) if client is not None else getattr(pool, "_max_workers", 1)
+
+
+# --- made
+
+
+def make_trial(trial: "Trial") -> tuple[int, dict[str, bytes], dict[str, Any]]:
+    """The files of a trial and its truth. Runs on any worker."""
+    import tempfile
+
+    from rille import store
+    from rille.cli.prove_making import make_room
+    from rille.proof.generator.strange_laws import strange_kinds
+    from rille.proof.making import MOST_DRAWS
+    from rille.proof.strength import Unreachable
+    from rille.proof.trials import Drawn
+
+    last = ""
+    for _ in range(MOST_DRAWS):
+        with tempfile.TemporaryDirectory(prefix="rille-making-") as place:
+            room = Path(place) / "room"
+            try:
+                made = make_room(Drawn(trial, store.effect_kinds(), strange_kinds()), room)
+            except Unreachable as error:
+                last, trial = str(error), trial.again()
+                continue
+            return trial.number, {file.name: file.read_bytes() for file in sorted(room.iterdir()) if file.is_file()}, made.truth
+    raise Unreachable(
+        f"trial {trial.number} ({trial.sort}, {trial.machine}, {trial.strength:g}): {MOST_DRAWS} draws could not be made; {last}"
+    )
+
+
+def _make(pool: Executor, folder: Path, trials: "Sequence[Trial]", until: float) -> bool:
+    """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed."""
+    truths = folder / TRUTHS
+    truths.mkdir(mode=0o700, exist_ok=True)
+
+    def keep(found: tuple[int, Files, Mapping[str, Any]]) -> None:
+        number, files, truth = found
+        room = folder / ROOMS / f"{number:03d}"
+        shutil.rmtree(room, ignore_errors=True)
+        room.mkdir(parents=True)
+        for name, content in files.items():
+            (room / name).write_bytes(content)
+        part = truths / f"{number:03d}.part"
+        part.touch(PRIVATE)
+        part.write_text(json.dumps(truth), encoding="utf-8")
+        part.rename(truths / f"{number:03d}.json")  # the last step: what has a truth is whole
+
+    waiting = [(trial,) for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
+    return _each(pool, "made", make_trial, waiting, keep, until)
+
+
+# --- sealed
+
+
+def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, counts: Mapping[str, int]) -> None:
+    """Truths and nonces into the vault, seals and Merkle root into a new ledger."""
+    import rille
+    from rille import store
+    from rille.cli.content import code_digest
+    from rille.model.ledger import ProofPlan, SealedTrial
+    from rille.proof.room import isolation
+    from rille.proof.seal import conceal, files_digest, merkle_root, seal
+    from rille.proof.vault import read_vault, write_vault
+
+    vault = folder / VAULT
+    if not vault.exists():
+        read = [json.loads((folder / TRUTHS / f"{t.number:03d}.json").read_text(encoding="utf-8")) for t in trials]
+        write_vault(vault, [conceal(truth["number"], truth) for truth in read])
+    truths = read_vault(vault)
+    plan = ProofPlan(
+        beacon=beacon,
+        version=rille.__version__,
+        code=code_digest(()),
+        isolation=isolation(),
+        counts={sort: n for sort, n in counts.items() if n},
+        root=merkle_root([seal(truth) for truth in truths]),
+        sealed=time.time(),
+    )
+    machines = {trial.number: trial.machine for trial in trials}
+    sealed = [
+        SealedTrial(
+            number=truth.trial,
+            machine=machines[truth.trial],
+            seal=seal(truth),
+            recording=files_digest(folder / ROOMS / f"{truth.trial:03d}"),
+        )
+        for truth in truths
+    ]
+    store.create_ledger(folder / LEDGER, plan, sealed)
+    shutil.rmtree(folder / TRUTHS, ignore_errors=True)
+
+
+# --- answered
+
+
+def _answer(pool: Executor, folder: Path, until: float, baselines: bool) -> bool:
+    """Answers of all trials into the ledger, one after the other as they come."""
+    from rille import store
+    from rille.cli.prove_answering import answer_files
+    from rille.proof.seal import answered, chain_start
+
+    path = folder / LEDGER
+    ledger = store.read_ledger(path)
+    _show_that_the_truth_is_shut_away(folder, ledger)
+    last = [ledger.answers[-1].chain if ledger.answers else chain_start(ledger.plan, ledger.trials)]
+    secrets = [str((folder / name).resolve()) for name in (VAULT, LEDGER)]
+
+    def keep(given: "Given") -> None:
+        answer = answered(last[0], given.trial, given.status, given.text, given.recording, given.seconds, given.begun, given.ended)
+        store.add_answer(path, answer)
+        last[0] = answer.chain
+
+    have = {answer.trial for answer in ledger.answers}
+    waiting = [(t.number, _files(folder / ROOMS / f"{t.number:03d}"), secrets, baselines) for t in ledger.trials if t.number not in have]
+    return _each(pool, "answered", answer_files, waiting, keep, until)
+
+
+def _files(room: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in sorted(room.iterdir()) if file.is_file()}
+
+
+def _show_that_the_truth_is_shut_away(folder: Path, ledger: "Ledger") -> None:
+    """Try to read vault and ledger from within a room, before the first answer."""
+    import tempfile
+
+    from rille.model import InputRefused
+    from rille.proof.room import isolation, probe
+
+    with tempfile.TemporaryDirectory(prefix="rille-probe-") as place:
+        attempts = probe(Path(place), [folder / VAULT, folder / LEDGER])
+    open_ones = [attempt for attempt in attempts if attempt.readable]
+    if isolation() == "none":
+        say("this machine can shut no room (no Landlock, not root): the ledger says that the truth was not kept from diagnosis")
+    elif open_ones:
+        raise InputRefused(f"from within a room '{open_ones[0].path}' could be read ({open_ones[0].said}); nothing was answered")
+    else:
+        say(f"{len(attempts)} attempts to read the truth from within a room failed ({ledger.plan.isolation})")
+
+
+# --- agreed, opened
+
+
+def _agree(pool: Executor, folder: Path, beacon: str, machines: Sequence[str]) -> None:
+    """How far generator and solver are apart with nothing concealed, into a file."""
+    from rille.cli.prove_agreement import DRAWS, agreement
+
+    file = folder / AGREEMENT
+    if file.exists():
+        return
+    found: dict[str, list[float]] = {}
+    asked = [(beacon, machine, draw) for machine in machines for draw in range(DRAWS)]
+    _each(pool, "compared", agreement, asked, lambda one: found.setdefault(one[0], []).append(one[1]), float("inf"))
+    worst = {machine: max(values) for machine, values in sorted(found.items())}
+    file.write_text(json.dumps(worst) + "\n", encoding="utf-8")
+
+
+def _open(folder: Path) -> None:
+    """Truths and scores into the ledger."""
+    from rille import store
+    from rille.model.ledger import Score
+    from rille.proof.scoring import score_answer
+    from rille.proof.seal import canonical_json
+    from rille.proof.vault import read_vault
+
+    path = folder / LEDGER
+    ledger = store.read_ledger(path)
+    if not ledger.truths:
+        store.open_truths(path, read_vault(folder / VAULT, ledger.plan.root))
+        ledger = store.read_ledger(path)
+    if not ledger.scores:
+        answers = {answer.trial: answer for answer in ledger.answers}
+        scores = [Score(trial=t.trial, text=canonical_json(score_answer(json.loads(t.text), answers[t.trial]))) for t in ledger.truths]
+        store.write_scores(path, scores)

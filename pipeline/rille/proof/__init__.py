@@ -1,0 +1,1 @@
+"""Sealed trials: recordings from an independent generator in which something is concealed, answers, seals, scores."""

@@ -1,0 +1,58 @@
+"""Points of a wheel bench: conditions drawn at random, each twice, with noise."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rille.model import BenchWheel, Effect, Wheel
+from rille.model.recording import Channel, Recording, Role
+from rille.proof.generator.wheel_bench import bench_points
+from rille.proof.machine import Machine
+
+LAW, SPEED = "bekker_wong", 0.05  # [m/s]
+SLIPS = (-0.1, 0.8)
+CONDITIONS = {"load": ("wheel.normal_load", "N"), "slip_ratio": ("wheel.slip_ratio", "1"), "slip_angle": ("wheel.slip_angle", "rad")}
+MEASURED = {  # word -> (quantity, unit, 1 sigma)
+    "sinkage": ("wheel.sinkage", "m", 3e-4),
+    "drawbar_pull": ("wheel.drawbar_pull", "N", 0.25),
+    "side_force": ("wheel.side_force", "N", 0.25),
+    "drive_torque": ("wheel.drive_torque", "N m", 0.05),
+}
+
+
+def conditions(rng: np.random.Generator) -> dict[str, NDArray[np.float64]]:
+    """Two loads x eight slip ratios x three slip angles, each point twice; every array (96,)."""
+    loads = np.exp(rng.uniform(np.log(25), np.log(110), 2))
+    slips = np.sort(rng.uniform(*SLIPS, 8))
+    angles = np.array([0.0, rng.uniform(0.08, 0.2), rng.uniform(0.25, 0.4)])
+    grid = np.meshgrid(loads, slips, angles, [0, 1], indexing="ij")
+    return {word: array.ravel() for word, array in zip(CONDITIONS, grid[:3], strict=True)}
+
+
+def rim(wheel: Wheel) -> BenchWheel:
+    """A wheel as a bench takes it."""
+    lugs = wheel.grouser
+    count, height = (lugs.count, lugs.height) if lugs is not None else (0, 0.0)
+    return BenchWheel(radius=wheel.radius, width=wheel.width, grouser_count=count, grouser_height=height)
+
+
+def points_recording(
+    machine: Machine, name: str, laws: Sequence[Effect], rng: np.random.Generator, noise: np.random.Generator
+) -> Recording:
+    """What a bench measures of the wheel under ``laws``. rng : draws the conditions, the same at every size of what is concealed."""
+    assert machine.terrain is not None
+    where = conditions(rng)
+    soil, wheel = machine.terrain.soils[0], machine.rover.wheels[0]
+    made = bench_points(rim(wheel), soil, LAW, **where, laws=(*machine.effects, *laws), gravity=abs(machine.gravity[2]), speed=SPEED)
+    channels = [_channel(wheel.name, word, *CONDITIONS[word], where[word], "command", None) for word in CONDITIONS]
+    for word, (quantity, unit, sigma) in MEASURED.items():
+        said = made[word] + sigma * noise.standard_normal(len(made[word]))
+        channels.append(_channel(wheel.name, word, quantity, unit, said, "observed", sigma))
+    setup = {"wheel": {}, "law": LAW, "gravity": "earth", "slip_speed": "heading", "speed": SPEED, "soil": soil.name}
+    return Recording(name=name, kind="points", setup=setup, channels=tuple(channels))
+
+
+def _channel(target: str, word: str, quantity: str, unit: str, value: NDArray[np.float64], role: Role, sigma: float | None) -> Channel:
+    number = np.arange(len(value), dtype=float)
+    return Channel(name=word, quantity=quantity, target=target, unit=unit, role=role, noise=sigma, time=number, value=value)

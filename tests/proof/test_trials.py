@@ -1,0 +1,76 @@
+"""Trials of a beacon: the same for everybody, of every sort and strength, and different for another sentence."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from rille import store
+from rille.proof.hidden import effect_targets
+from rille.proof.machines import MAKERS
+from rille.proof.trials import FULL, QUICK, STRENGTHS, Drawn, plan
+
+
+def drawn(trial):
+    return Drawn(trial, store.effect_kinds(), [kind for kind in store.effect_kinds() if kind.name == "tether_pull"])
+
+
+def test_a_beacon_gives_the_same_trials_and_another_one_others():
+    assert plan("rille") == plan("rille")
+    assert [t.machine for t in plan("rille")] != [t.machine for t in plan("rilles")]
+    assert [t.number for t in plan("rille")] == list(range(330))
+
+
+def test_every_sort_is_there_as_often_as_stated_and_at_every_strength():
+    trials = plan("any")
+    assert Counter(t.sort for t in trials) == Counter(FULL)
+    for sort in set(FULL) - {"nothing"}:
+        counts = Counter(t.strength for t in trials if t.sort == sort)
+        assert set(counts) == set(STRENGTHS)
+        assert max(counts.values()) - min(counts.values()) <= 1
+    assert {t.strength for t in trials if t.sort == "nothing"} == {0.0}
+
+
+def test_a_part_of_the_trials_is_a_fair_sample():
+    """They are answered in random order: of the first hundred, each sort has its share within 4 sigma of a draw without putting back."""
+    first = Counter(t.sort for t in plan("fair")[:100])
+    for sort, count in FULL.items():
+        share = count / 330
+        sigma = np.sqrt(100 * share * (1 - share) * (330 - 100) / (330 - 1))
+        assert abs(first[sort] - 100 * share) < 4 * sigma
+
+
+def test_details_are_the_same_for_everybody():
+    trials = [t for t in plan("detail", QUICK) if t.machine != "bench"]
+    for trial in trials:
+        one, other = drawn(trial), drawn(trial)
+        assert one.scenarios == other.scenarios
+        assert one.hidden == other.hidden
+        assert one.sensors == other.sensors
+        assert len(one.hidden) == {"nothing": 0, "two": 2}.get(trial.sort, 1)
+        again = drawn(trial.again())
+        assert again.scenarios != one.scenarios
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_machines_can_be_stored_and_differ(name, tmp_path):
+    """A drawn machine is a valid model: the schema's checks (positive masses, triangle inequality of inertia) are the judge."""
+    masses = set()
+    for seed in range(4):
+        machine = MAKERS[name](np.random.default_rng(seed))
+        path = tmp_path / f"{seed}.db"
+        store.create(path)
+        store.write_rover(path, machine.rover)
+        if machine.terrain is not None:
+            store.write_terrain(path, machine.terrain)
+        store.write_effects(path, machine.effects)
+        masses.add(round(sum(b.properties.mass for b in machine.rover.bodies), 6) if name != "bench" else machine.rover.wheels[0].radius)
+    assert len(masses) == 4
+
+
+def test_what_needs_a_drive_is_concealed_only_where_one_is():
+    machine = MAKERS["pendulum"](np.random.default_rng(0))
+    lag = next(kind for kind in store.effect_kinds() if kind.name == "motor_lag")
+    friction = next(kind for kind in store.effect_kinds() if kind.name == "coulomb_friction")
+    assert effect_targets(machine, lag) == (machine.rover.drives[0].joint,)
+    assert effect_targets(machine, friction) == ("shoulder", "elbow")
