@@ -1,6 +1,7 @@
 """Soil of the independent generator: the golden table, the solver's bench, every law on wheels."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,7 +52,9 @@ def largest_difference(law: str, effects: list[Effect], seed: int = 0) -> float:
 
 
 def test_every_row_of_the_golden_table(rille_data):
-    """560 rows of another adaptive quadrature at 1e-12; the table prints its sinkages and pulls with nine digits, its torques with seven."""
+    """560 rows of another adaptive quadrature at 1e-12; the table prints its sinkages and pulls with nine digits, its torques with
+    seven.
+    """
     with (rille_data / "reference/wheel_reference.csv").open() as file:
         rows = list(csv.DictReader(file))
     groups: dict[tuple[str, ...], list[dict[str, str]]] = {}
@@ -82,7 +85,9 @@ def test_a_bare_bench_agrees_with_the_solver(law, seed):
 
 @pytest.mark.parametrize("kind", ON_WHEELS)
 def test_every_law_agrees_with_the_solver(kind):
-    """At its usual size. What is left is the solver's quadrature: 1e-6, and for lateral bulldozing its four points, 1e-6 of the load each."""
+    """At its usual size. What is left is the solver's quadrature: 1e-6, and for lateral bulldozing its four points, 1e-6 of the load
+    each.
+    """
     assert largest_difference("bekker_wong", [typical(kind)]) < 3e-6
 
 
@@ -115,7 +120,8 @@ def test_a_soil_that_does_not_carry_says_so():
     """NaN, as of the solver's bench, where the wheel is buried to its axle."""
     wheel, soil, _ = rig()
     got = bench_points(wheel, soil, "bekker_wong", load=[50.0, 1e6], slip_ratio=0.2, gravity=EARTH)
-    assert np.isfinite(got["sinkage"][0]) and np.isnan(got["drawbar_pull"][1])
+    assert np.isfinite(got["sinkage"][0])
+    assert np.isnan(got["drawbar_pull"][1])
 
 
 def test_a_law_that_misses_a_number_is_refused():
@@ -129,7 +135,7 @@ def test_planes_of_a_tilted_ground_are_its_own():
     terrain = MAKERS["bench"](np.random.default_rng(0)).terrain
     assert terrain is not None
     x, y = np.arange(terrain.heights.shape[1]) * 0.25 - 12, 10 - np.arange(terrain.heights.shape[0]) * 0.25
-    tilted = Ground(type(terrain)(**{f: getattr(terrain, f) for f in terrain.__slots__} | {"heights": 0.1 * x + 0.2 * y[:, None]}))
+    tilted = Ground(replace(terrain, heights=0.1 * x + 0.2 * y[:, None]))
     place, turn = np.array([[0.33, -1.7], [3.1, 2.2]]), np.array([0.4, 2.0])
     height, normal = tilted.plane(place, np.column_stack([np.cos(turn), np.sin(turn)]), np.full(2, 0.07), np.full(2, 0.09))
     assert height == pytest.approx(place @ (0.1, 0.2))
@@ -142,10 +148,8 @@ def test_the_last_patch_that_contains_a_place_gives_its_soil():
     """A square patch on the base soil."""
     terrain = MAKERS["bench"](np.random.default_rng(0)).terrain
     assert terrain is not None
-    values = {f: getattr(terrain, f) for f in terrain.__slots__}
-    other = type(terrain.soils[0])(**{f: getattr(terrain.soils[0], f) for f in terrain.soils[0].__slots__} | {"name": "other"})
     patch = SoilPatch(name="square", soil="other", polygon=((0, 0), (1, 0), (1, 1), (0, 1)))
-    ground = Ground(type(terrain)(**values | {"soils": (*terrain.soils, other), "patches": (patch,)}))
+    ground = Ground(replace(terrain, soils=(*terrain.soils, replace(terrain.soils[0], name="other")), patches=(patch,)))
     assert [ground.soil(x, y) for x, y in ((0.5, 0.5), (0.99, 0.01), (1.01, 0.5), (-0.1, -0.1))] == [1, 1, 0, 0]
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rille.model import Effect
-from rille.model.recording import MOTION_QUANTITIES, QUANTITIES, Channel, unit_of
+from rille.model.recording import QUANTITIES, Channel, unit_of
 from rille.proof.baselines.residuals import Input, ResidualTable, Scope
 
 if TYPE_CHECKING:
@@ -18,14 +18,16 @@ if TYPE_CHECKING:
     from rille.diagnosis.evidence.replay_evidence import ReplayEvidence
 
 Array = NDArray[np.float64]
-NODES = 16  # parts of a window
+NODES, ON_GROUND = 12, 4  # parts of a window; wheels on the ground change slowly, and take long to simulate
 FOLDS = 6  # parts of the recordings that are left out in turn
-GRID = 2 * NODES  # instants of a window at which answers are simulated
 FIRST_SHARE = 1e-3  # of the machine's weight, as trial force; with this length [m] as trial torque
 LENGTH = 0.1
 LOUD, QUIET, AIM = 30.0, 0.3, 3.0  # [sigma] largest answers to a trial force that are too large or too small, and what it is changed to
+DEAF = 1e-3  # [sigma] answer to the first trial force, below which nothing is told of it
 FOR_EVER = 1e5  # [s]
+EARLIEST = 1e-9  # [s] after the beginning of a force
 AXES = "xyz"
+ROOT = (("position", AXES), ("orientation", "wxyz"), ("linear_velocity", AXES), ("angular_velocity", AXES))
 
 
 def time_table(evidence: "ReplayEvidence") -> ResidualTable:
@@ -45,7 +47,7 @@ def time_table(evidence: "ReplayEvidence") -> ResidualTable:
         part=np.unique(np.stack([evidence.run, fold]), axis=1, return_inverse=True)[1].ravel(),
         window=evidence.window,
         left=metric.whitened(evidence.residuals([()]))[0],
-        gain=metric.whitened(gain).reshape(len(inputs), NODES, -1),
+        gain=metric.whitened(gain).reshape(len(inputs), _nodes(evidence.parts[0]), -1),
         degrees=metric.degrees,
         inputs=inputs,
         features={name: np.concatenate([f[name] for f in features]) for name in features[0]},
@@ -119,47 +121,92 @@ def _inputs(scope: Scope) -> tuple[Input, ...]:
 
 
 def _gain(part: "Part", inputs: Sequence[Input], scope: Scope) -> Array:
-    """(n_inputs x NODES, m) answers [sigma] of the samples to a unit force in each part of its window, in the order of evidence.
+    """(n_inputs x K, m) answers [sigma] of the samples to a unit force in each part of its window, in the order of evidence.
 
-    The answer to a step at the beginning of the window is simulated, S(t); that to a force from s1 to s2 is taken as S(t - s1) - S(t - s2).
+    A force that acts from s1 to s2 answers as one from s1 on less one from s2 on: the motion is replayed from each s with a lasting force.
     """
-    begin, length = part.states[:, 0], part.last - part.states[:, 0]
+    nodes = _nodes(part)
     weight = sum(scope.masses.values()) * max(float(np.linalg.norm(scope.gravity)), 1.0)
     trial = np.array([FIRST_SHARE * weight * (1.0 if one.kind == "force" else LENGTH) for one in inputs])
-    steps = _steps(part, inputs, trial)
-    largest = np.max([np.abs(step).max(axis=(1, 2)) for step in steps], axis=0)
-    change = (largest > 0) & ((largest > LOUD) | (largest < QUIET))
-    if change.any():
-        trial = np.where(change, trial * AIM / np.where(largest > 0, largest, 1.0), trial)
-        chosen = np.flatnonzero(change)
-        for step, again in zip(steps, _steps(part, [inputs[k] for k in chosen], trial[chosen]), strict=True):
-            step[chosen] = again
-    blocks = []
-    for s, step in zip(part.samples, steps, strict=True):
-        age = (s.time - begin[s.window]) / length[s.window] * GRID  # in instants of the grid
-        direct = s.channel.quantity not in MOTION_QUANTITIES
-        pulses = [_read(step, s.window, age - 2 * k, direct) - _read(step, s.window, age - 2 * (k + 1), direct) for k in range(NODES)]
-        blocks.append(np.stack(pulses, axis=1) / trial[:, None, None])
-    return part.ordered(blocks).reshape(len(inputs) * NODES, -1)
+    first = _steps(part, inputs, trial, 1)
+    largest = np.max([np.abs(step).max(axis=(1, 2)) for step in first], axis=0)
+    felt = np.flatnonzero(largest > DEAF)  # a servo that holds exactly, or a wall, lets nothing be felt
+    other = (largest > LOUD) | (largest < QUIET)
+    trial = np.where(other, trial * AIM / np.maximum(largest, DEAF), trial)
+    blocks = [np.zeros((len(inputs), nodes, len(s.time))) for s in part.samples]
+    for block, step in zip(blocks, _steps(part, [inputs[int(k)] for k in felt], trial[felt], nodes), strict=True):
+        block[felt] = (step - np.concatenate([step[:, 1:], np.zeros_like(step[:, :1])], axis=1)) / trial[felt, None, None]
+    return part.ordered(blocks).reshape(len(inputs) * nodes, -1)
 
 
-def _steps(part: "Part", inputs: Sequence[Input], trial: Array) -> list[Array]:
-    """Of each channel (n_inputs, W, GRID) answers [sigma] to lasting trial forces; 0 where a run ended."""
+def _nodes(part: "Part") -> int:
+    """K, of how many parts windows are."""
+    return ON_GROUND if part.simulator.has_ground else NODES
+
+
+def _edges(part: "Part") -> Array:
+    """(W, K + 1) [s] where the parts of the windows begin and end, whole multiples of the step."""
+    begin, step, nodes = part.states[:, 0], part.simulator.step, _nodes(part)
+    edges = begin[:, None] + (part.last - begin)[:, None] * np.arange(nodes + 1) / nodes
+    return np.round(edges / step) * step
+
+
+def _steps(part: "Part", inputs: Sequence[Input], trial: Array, count: int) -> list[Array]:
+    """Of each channel (n_inputs, count, m) answers [sigma] to trial forces that last from the first ``count`` edges on; 0 before them, and
+    where a run ended.
+    """
     from rille.diagnosis.starts.start_fit import between
 
-    n_windows, begin = len(part.first), part.states[:, 0]
-    window = np.repeat(np.arange(n_windows), GRID)
-    time = (begin[:, None] + (part.last - begin)[:, None] * np.arange(1, GRID + 1) / GRID).ravel()
-    picks = [(window, time)] * len(part.samples)
-    bare = [s.channel for s in part.samples]
+    edges, n_windows = _edges(part), len(part.first)
+    states = part.states if count == 1 else _states(part, edges[:, :count])
+    stops = np.repeat(part.last, count)
+    later, picks = [], []
+    for s in part.samples:
+        node, sample = np.nonzero(s.time > edges[s.window, :count].T + EARLIEST)
+        window = s.window[sample] * count + node
+        order = np.argsort(window, kind="stable")
+        later.append((node[order], sample[order]))
+        picks.append((window[order], s.time[sample[order]]))
     models = [part.simulator.changed(effects=[_push(one, size)]) for one, size in zip(inputs, trial, strict=True)]
-    answers = part.simulator.predict_many([part.simulator, *models], part.states, part.last, bare, picks)
+    answers = part.simulator.predict_many(
+        [part.simulator, *models], states.reshape(n_windows * count, -1), stops, [s.channel for s in part.samples], picks
+    )
     found = []
-    for s, answer in zip(part.samples, answers, strict=True):
-        grid = replace(s, window=window, time=time, value=answer[0])
-        changes = np.array([between(grid, one, answer[0]) for one in answer[1:]])
-        found.append(np.nan_to_num(changes / s.noise).reshape(len(inputs), n_windows, GRID))
+    for s, answer, (node, sample), pick in zip(part.samples, answers, later, picks, strict=True):
+        there = replace(s, window=pick[0], time=pick[1], value=answer[0])
+        step = np.zeros((len(inputs), count, len(s.time)))
+        step[:, node, sample] = np.nan_to_num(np.array([between(there, one, answer[0]) for one in answer[1:]]) / s.noise)
+        found.append(step)
     return found
+
+
+def _states(part: "Part", time: Array) -> Array:
+    """(W, k, n) simulated states at instants (W, k) [s], the first of which are where windows begin."""
+    simulator, (n_windows, count) = part.simulator, time.shape
+    wanted = [(f"part.{word}", simulator.root, axis) for word, axes in ROOT for axis in axes] if simulator.root else []
+    wanted += [(f"joint.{word}", joint, "") for word in ("position", "velocity") for joint in simulator.joints]
+    values = _simulated(part, wanted, time)
+    rows = np.zeros((n_windows, count, part.states.shape[1]))
+    rows[:, :, 0] = time
+    rows[:, :, 1 if simulator.root else rows.shape[2] - len(wanted) :] = np.stack(list(values.values()), axis=-1)
+    if not simulator.root:
+        rows[:, :, 1 : rows.shape[2] - len(wanted)] = part.states[:, None, 1 : rows.shape[2] - len(wanted)]
+    lost = ~np.isfinite(rows).all(axis=2)  # a run that ended: what follows has no answer, whatever it begins from
+    rows[lost] = part.states[np.nonzero(lost)[0]]
+    rows[:, :, 0] = time
+    rows[:, 0] = part.states
+    return rows
+
+
+def _simulated(part: "Part", wanted: Sequence[tuple[str, str, str]], time: Array) -> dict[tuple[str, str, str], Array]:
+    """(quantity, target, component) -> (W, k) at instants (W, k) [s] of the windows; NaN after a run has ended."""
+    channels = [
+        Channel(name=f"{q} {t} {c}", quantity=q, target=t, component=c, unit=unit_of(QUANTITIES[q], c), time=np.empty(0), value=np.empty(0))
+        for q, t, c in wanted
+    ]
+    picks = [(np.repeat(np.arange(len(time)), time.shape[1]), time.ravel())] * len(channels)
+    answers = part.simulator.predict(part.states[None], part.last, channels, picks)
+    return {key: answer[0].reshape(time.shape) for key, answer in zip(wanted, answers, strict=True)}
 
 
 def _push(one: Input, size: float) -> Effect:
@@ -170,19 +217,11 @@ def _push(one: Input, size: float) -> Effect:
     return Effect(kind="external_pulse", target=one.target, parameters=numbers | {f"{one.kind}_{one.axis}": float(size)} | always)
 
 
-def _read(step: Array, window: NDArray[np.int64], age: Array, direct: bool) -> Array:
-    """(n_inputs, m) step answers (n_inputs, W, GRID) at ages (m,) [instants]; 0 before. direct : they jump at the beginning."""
-    before = step[:, :, :1] if direct else np.zeros_like(step[:, :, :1])
-    whole = np.concatenate([before, step], axis=2)
-    low = np.clip(np.floor(age).astype(np.int64), 0, GRID - 1)
-    share = np.clip(age - low, 0.0, 1.0)
-    value = (1 - share) * whole[:, window, low] + share * whole[:, window, low + 1]
-    return np.where(age > 0, value, 0.0)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Motion:
-    """Simulated numbers at edges and middles of all parts of windows. value : (quantity, target, component) -> (W, 2 NODES + 1)."""
+    """Simulated numbers at edges and middles of all parts of windows. value : (quantity, target, component) -> (W, 2 K + 1).
+    length (W, 1) [s] : of a part.
+    """
 
     value: dict[tuple[str, str, str], Array]
     length: Array
@@ -199,14 +238,13 @@ def _features(part: "Part", machine: Any, scope: Scope) -> dict[str, Array]:
     found: dict[str, Array] = {}
     for joint in scope.joints:
         found[f"position/{joint}"], found[f"velocity/{joint}"] = (motion.middle(f"joint.{q}", joint) for q in ("position", "velocity"))
-    begin = part.states[:, 0]
-    edges = begin[:, None] + motion.length[:, None] * np.arange(NODES + 1) / NODES
+    edges = _edges(part)
     commands = drive_commands(part.recording, part.simulator.drives)
     for drive in machine.drives:
         time, value = commands.get(drive.name, (np.zeros(1), np.zeros(1)))
         at = [value[np.clip(np.searchsorted(time, t, side="right") - 1, 0, None)] for t in (0.5 * (edges[:, 1:] + edges[:, :-1]), edges)]
         found[f"command/{drive.joint}"] = at[0]
-        found[f"command_rate/{drive.joint}"] = np.diff(at[1], axis=1) / (motion.length[:, None] / NODES)
+        found[f"command_rate/{drive.joint}"] = np.diff(at[1], axis=1) / motion.length
         found[f"effort/{drive.joint}"] = motion.middle("joint.effort", drive.joint)
     for body in machine.bodies:
         if body.name in scope.masses:
@@ -226,18 +264,11 @@ def _motion(part: "Part", scope: Scope) -> _Motion:
         wanted += [(f"part.{word}", body, axis) for word in ("position", "linear_velocity", "angular_velocity") for axis in AXES]
         wanted += [("part.orientation", body, component) for component in "wxyz"]
     wanted += [(f"wheel.{word}", wheel, "") for wheel in scope.wheels for word in ("normal_load", "slip_ratio", "slip_angle", "sinkage")]
-    channels = [
-        Channel(name=f"{q} {t} {c}", quantity=q, target=t, component=c, unit=unit_of(QUANTITIES[q], c), time=np.empty(0), value=np.empty(0))
-        for q, t, c in wanted
-    ]
-    begin, n_windows, count = part.states[:, 0], len(part.first), 2 * NODES + 1
-    length = part.last - begin
-    share = np.arange(count) / (count - 1)
-    share[0] = 1e-3  # forces are known from the end of the first step on
-    time = (begin[:, None] + length[:, None] * share).ravel()
-    picks = [(np.repeat(np.arange(n_windows), count), time)] * len(channels)
-    answers = part.simulator.predict(part.states[None], part.last, channels, picks)
-    return _Motion(value={key: a[0].reshape(n_windows, count) for key, a in zip(wanted, answers, strict=True)}, length=length)
+    edges = _edges(part)
+    time = np.empty((len(edges), 2 * edges.shape[1] - 1))
+    time[:, ::2], time[:, 1::2] = edges, 0.5 * (edges[:, 1:] + edges[:, :-1])
+    time[:, 0] += part.simulator.step  # forces are known from the end of the first step on
+    return _Motion(value=_simulated(part, wanted, time), length=np.diff(edges, axis=1)[:, :1])
 
 
 def _of_body(motion: _Motion, body: Any, gravity: Array, inertia: Array) -> dict[str, Array]:
@@ -249,9 +280,11 @@ def _of_body(motion: _Motion, body: Any, gravity: Array, inertia: Array) -> dict
     matrix = Rotation.from_quat(turn.reshape(-1, 4), scalar_first=True).as_matrix().reshape(*turn.shape[:-1], 3, 3)
     arm = matrix @ (np.array(body.com) - np.array(body.frame))
     velocity = read["linear_velocity"] + np.cross(read["angular_velocity"], arm)
-    felt = gravity - np.diff(velocity[:, ::2], axis=1) / (motion.length[:, None, None] / NODES)
+    felt = gravity - np.diff(velocity[:, ::2], axis=1) / motion.length[:, :, None]
     spin = np.einsum("wkij,jl,wkml,wkm->wki", matrix, inertia, matrix, read["angular_velocity"])  # R I R^T omega
-    turning = np.diff(spin[:, ::2], axis=1) / (motion.length[:, None, None] / NODES)
+    turning = np.diff(spin[:, ::2], axis=1) / motion.length[:, :, None]
+    rates = np.cross(read["angular_velocity"][:, :, None], np.swapaxes(matrix, 2, 3))  # of the axes of the body, one a row
+    swing = np.diff(rates[:, ::2], axis=1) / motion.length[:, :, None, None]
     position = (read["position"] + arm)[:, 1::2]
     found = {}
     for k, axis in enumerate(AXES):
@@ -261,6 +294,7 @@ def _of_body(motion: _Motion, body: Any, gravity: Array, inertia: Array) -> dict
         found[f"turning/{body.name}/{axis}"] = turning[:, :, k]
         for j, column in enumerate(AXES):
             found[f"axis/{body.name}/{axis}{column}"] = matrix[:, 1::2, k, j]
+            found[f"swing/{body.name}/{axis}{column}"] = swing[:, :, j, k]
     return found
 
 

@@ -57,7 +57,7 @@ class _Side:
 
     def chi2(self, setting: "Setting") -> "NDArray[np.float64]":
         """(W,) chi-squared of a setting."""
-        return np.bincount(self.window, np.nan_to_num(self.left([setting])[0], nan=1e3) ** 2)
+        return np.bincount(self.window, np.nan_to_num(self.left([setting])[0], nan=1e3) ** 2).astype(float)
 
 
 def _times(database: Path, training: "Sequence[Recording]", held_out: "Sequence[Recording]") -> tuple[_Side, _Side]:
@@ -66,13 +66,23 @@ def _times(database: Path, training: "Sequence[Recording]", held_out: "Sequence[
     from rille.cli.baseline_tables import time_table
     from rille.diagnosis.evidence.evidence import Metric
     from rille.diagnosis.evidence.replay_evidence import gather
+    from rille.diagnosis.evidence.window_and_step import window_and_step
     from rille.diagnosis.hypotheses.candidates import candidates
 
     noise = diagnosis.shared_noise([*training, *held_out])
+    first = replace(training[0], scenario=store.read_scenario(database, training[0].scenario).name)
+    simulator = simulate.Replayer(database, first.scenario)
+    _, step, rough = window_and_step(simulator, first, noise=noise, duration=0.0, window=WINDOW)  # as a diagnosis does
     sides = []
     for recordings in (training, held_out):
         placed = [replace(r, scenario=store.read_scenario(database, r.scenario).name) for r in recordings]
-        evidence = gather(lambda scenario: simulate.Replayer(database, scenario or None), placed, window=WINDOW, noise=noise)
+        evidence = gather(
+            lambda scenario: simulate.Replayer(database, scenario or None).changed(step=step),
+            placed,
+            window=WINDOW,
+            noise=noise,
+            rough=rough,
+        )
         metric = Metric(evidence.window, evidence.start_gain)
         machine = evidence.parts[0].simulator.machine()
         channels = [channel for recording in placed for channel in recording.channels]
@@ -128,7 +138,7 @@ def _tuned(training: _Side, held_out: _Side) -> BaselineAnswer:
         at = iter(values.tolist())
         return tuple(hypothesis.at({number.name: next(at) for number in hypothesis.free}) for hypothesis in hypotheses)
 
-    tuned = tune(numbers, lambda many: training.left([setting(values) for values in many]))
+    tuned = tune(numbers, lambda values: training.left([setting(row) for row in values]))
     degrees = held_out.table.degrees
     before, after = held_out.chi2(()), held_out.chi2(setting(tuned.values))
     total = np.array([degrees.sum()])

@@ -9,29 +9,30 @@ k squared exponential in the standardised features. Samples are linear in the fo
 likelihood; the kernel is scikit-learn's.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky
-from scipy.optimize import minimize
 from scipy.stats import chi2 as chi2_distribution
 from sklearn.gaussian_process.kernels import RBF
 
 from rille.proof.baselines.names import BaselineAnswer
-from rille.proof.baselines.residuals import Input, ResidualTable, gap_closed
+from rille.proof.baselines.residuals import ResidualTable, gap_closed
 
 Array = NDArray[np.float64]
-LENGTHS = (0.5, 2.0, 8.0)  # [-] first guesses, of standardised features
-AMPLITUDES = (0.1, 1.0, 10.0)  # [-] first guesses, of the forces that the samples would just show
-EDGES = ((1e-3, 1e3), (0.1, 50.0))  # that amplitude and length stay within
-EVALUATIONS = 40
+LENGTHS = np.geomspace(0.3, 40.0, 8)  # [-] that are tried, of standardised features
+AMPLITUDES = np.geomspace(1e-3, 1e3, 61)  # [-] that are tried, of the forces that the samples would just show
 CHANCE = 0.01  # of a false alarm
-MOST_ROWS = 1500  # numbers that are left of the samples; of longer recordings windows are left out, evenly
+MOST_ROWS = 800  # numbers that are left of the samples; of longer recordings windows are left out, evenly
+COARSE = 4  # parts of a window in which a force is one number
 WEAK = 0.02  # of the strongest answer in a window, below which a direction is left out
 
 
 def gaussian_process(training: ResidualTable, held_out: ResidualTable) -> BaselineAnswer:
     """How much of the gap a process closes that was fitted to the training; ``differs`` if it is likelier than noise alone."""
     before = held_out.size()
+    training, held = _coarse(training), _coarse(held_out)
     chosen = _complete(training)
     names = _features(training)
     middle, spread = _standard(training, names)
@@ -40,44 +41,54 @@ def gaussian_process(training: ResidualTable, held_out: ResidualTable) -> Baseli
     rows, left, kept = _packed(training, chosen, scale)
     x = x[kept]
 
-    def prior(theta: Array) -> tuple[Array, Array]:
-        """Covariance (n, n) of the packed samples without noise, and kernel (W K, W K) of the states."""
-        kernel = RBF(length_scale=np.exp(theta[1]))(x.reshape(-1, x.shape[-1]))
-        total = np.zeros((len(left), len(left)))
-        for number in range(len(chosen)):
-            total += rows[number] @ kernel @ rows[number].T
-        return np.exp(2 * theta[0]) * total, kernel
+    def prior(length: float) -> Array:
+        """Covariance of the packed samples without noise, for an amplitude of 1."""
+        kernel = _kernel(length, x, x)
+        return np.sum([half @ kernel @ half.T for half in rows], axis=0)
 
-    def loss(theta: Array) -> float:
-        factor = cholesky(prior(theta)[0] + np.eye(len(left)), lower=True)
-        return float(0.5 * left @ cho_solve((factor, True), left) + np.log(np.diagonal(factor)).sum())
-
-    bounds = [(np.log(low), np.log(high)) for low, high in EDGES]
-    starts = [np.log([a, length]) for a in AMPLITUDES for length in LENGTHS]
-    begin = min(starts, key=loss)
-    options = {"maxfev": EVALUATIONS, "xatol": 0.05, "fatol": 0.1, "initial_simplex": begin + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.7]])}
-    found = minimize(loss, begin, method="Nelder-Mead", bounds=bounds, options=options)
-    alone = 0.5 * float(left @ left)
-    differs = bool(2 * (alone - found.fun) > chi2_distribution.isf(CHANCE, 2))
-    factor = cholesky(prior(found.x)[0] + np.eye(len(left)), lower=True)
+    best, length, amplitude = -np.inf, 0.0, 0.0
+    for tried in LENGTHS:
+        size, turn = np.linalg.eigh(prior(tried))
+        along = (turn.T @ left) ** 2
+        for a in AMPLITUDES:
+            own = 1 + a**2 * np.maximum(size, 0.0)
+            gain = 0.5 * float(np.sum(along * (1 - 1 / own) - np.log(own)))  # log likelihood over that of noise alone
+            if gain > best:
+                best, length, amplitude = gain, float(tried), float(a)
+    factor = cholesky(amplitude**2 * prior(length) + np.eye(len(left)), lower=True)
     weights = cho_solve((factor, True), left)
-    there = _states(held_out, names, middle, spread)
-    cross = np.exp(2 * found.x[0]) * RBF(length_scale=np.exp(found.x[1]))(there.reshape(-1, x.shape[-1]), x.reshape(-1, x.shape[-1]))
-    predicted = np.zeros(len(held_out.left))
+    there = _states(held, names, middle, spread)
+    cross = amplitude**2 * _kernel(length, there, x)
+    predicted = np.zeros(len(held.left))
     for number, c in enumerate(chosen):
         force = scale[number] * (cross @ (rows[number].T @ weights))
-        predicted += held_out.answer(c, force.reshape(held_out.shape))
-    after = held_out.size(predicted)
+        predicted += held.answer(c, force.reshape(held.shape))
+    after = held.size(predicted)
     return BaselineAnswer(
         baseline="gaussian_process",
         name=None,
         number=float("nan"),
-        differs=differs,
+        differs=bool(2 * best > chi2_distribution.isf(CHANCE, 2)),
         before=before,
         after=after,
         gap_closed=gap_closed(before, after),
-        detail=f"amplitude {np.exp(found.x[0]):.3g}, length scale {np.exp(found.x[1]):.3g}, log likelihood ratio {alone - found.fun:.4g}",
+        detail=f"amplitude {amplitude:.3g}, length scale {length:.3g}, log likelihood ratio {best:.4g}",
     )
+
+
+def _kernel(length: float, a: Array, b: Array) -> Array:
+    """k of states (..., n_features)."""
+    return np.asarray(RBF(length_scale=length)(a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1])), dtype=float)
+
+
+def _coarse(table: ResidualTable) -> ResidualTable:
+    """The same in ``COARSE`` parts of a window at most."""
+    n_windows, k = table.shape
+    if k % COARSE or k <= COARSE:
+        return table
+    gain = table.gain.reshape(len(table.inputs), COARSE, k // COARSE, -1).sum(axis=2)
+    features = {name: values.reshape(n_windows, COARSE, -1).mean(axis=2) for name, values in table.features.items()}
+    return replace(table, gain=gain, features=features)
 
 
 def _complete(table: ResidualTable) -> list[int]:

@@ -6,7 +6,8 @@ faults of sensors over time) a regression on forces cannot name.
 
 Features of a table over time: ``position/J``, ``velocity/J`` of joints, ``command/J``, ``command_rate/J``, ``effort/J`` of driven ones,
 ``position/B/x``, ``velocity/B/x`` [m, m/s], ``felt/B/x`` [m/s^2] (g - a) of centres of mass in W, ``turning/B/x`` [N m] rate of a body's
-own angular momentum, ``axis/B/xx`` rotation matrices, row by row, ``normal_load/W``, ``slip_ratio/W``, ``slip_angle/W``, ``sinkage/W`` of wheels, ``turning_rate``. Of points: ``load``, ``slip_ratio``,
+own angular momentum, ``axis/B/xx`` rotation matrices, row by row, ``swing/B/xx`` [1/s^2] their second derivatives,
+``normal_load/W``, ``slip_ratio/W``, ``slip_angle/W``, ``sinkage/W`` of wheels, ``turning_rate``. Of points: ``load``, ``slip_ratio``,
 ``slip_angle``, and ``simulated/R`` of responses.
 """
 
@@ -140,7 +141,9 @@ class _Maker:
                 pushes = [self._one if other == axis else 0 * self._one for other in AXES]
                 yield self._term("external_pulse", body, f"1 along {axis}", self._forces(body, pushes))
                 offset = [self._features[f"axis/{body}/{row}{axis}"] for row in AXES]
-                yield self._term("com_offset", body, f"{axis} x (g - a)", self._forces(body, _cross(offset, [mass * f for f in felt]), "torque"))
+                swing = [-mass * self._features[f"swing/{body}/{row}{axis}"] for row in AXES]
+                moment = self._forces(body, _cross(offset, [mass * f for f in felt]), "torque")
+                yield self._term("com_offset", body, f"{axis} x (g - a)", (*moment, *self._forces(body, swing)))
                 if body == self._scope.root:
                     pull = [-c if k == number else 0 * c for k, c in enumerate(self._vector("position", body))]
                     yield self._term("tether_pull", body, f"-{axis}", self._forces(body, pull))

@@ -1,11 +1,11 @@
-"""What a model does not reproduce, as a table of numbers: what is left of the samples, and how they would answer to a force that is missing.
+"""What a model does not reproduce, as a table of numbers: what is left of the samples, and how they would answer to a missing force.
 
 A recording is replayed in short windows from start states that are smoothed from it. Of the samples of all windows
 
     left = C^-1/2 (measured - simulated)/sigma,    C = I + D D^T
 
 is what the unknown start of their window cannot explain (D: derivative of the residual by the standardised start). ``gain`` is the same of
-the answer to a unit of each input (an effort at a joint, a force or torque at a body), in each of the ``n_nodes`` equal parts of the window.
+the answer to a unit of each input (an effort at a joint, a force or torque at a body), in each of K equal parts of the window.
 A force f that the model lacks leaves left = sum gain f + noise of unit variance, so that any guess of f can be judged on any recording by
 
     R = sqrt(sum (left - gain f)^2 / degrees),    G = (R0 - R1)/(R0 - 1).
@@ -91,7 +91,7 @@ class ResidualTable:
     def chi2(self, predicted: Array | None = None) -> Array:
         """(W,) chi-squared of what is left after ``predicted`` (N,) is taken off."""
         left = self.left if predicted is None else self.left - predicted
-        return np.bincount(self.window, left**2, minlength=len(self.time))
+        return np.bincount(self.window, left**2, minlength=len(self.time)).astype(float)
 
     def size(self, predicted: Array | None = None) -> float:
         """R of what is left [noise]."""

@@ -44,7 +44,7 @@ def sindy(training: ResidualTable, held_out: ResidualTable) -> BaselineAnswer:
     columns = _columns(training, library(training, usual))
     before = held_out.size()
     threshold, sure = _threshold(training, columns)
-    coefficients = _fit(columns.value, training.left, threshold) if sure else np.zeros(len(columns.terms))
+    coefficients = _fit(_packed(columns.value, training.left), threshold) if sure else np.zeros(len(columns.terms))
     active = np.flatnonzero(coefficients)
     if not len(active):
         return BaselineAnswer(baseline="sindy", name=None, number=0.0, differs=False, before=before, after=before,
@@ -76,7 +76,7 @@ def _answer(table: ResidualTable, term: Term) -> Array:
 def _columns(table: ResidualTable, terms: Sequence[Term]) -> _Columns:
     """Columns of the terms that are seen, without those that are like an earlier one."""
     kept: list[Term] = []
-    values: list[Array] = []
+    values = np.empty((len(terms), len(table.left)))
     lengths: list[float] = []
     for term in terms:
         column = _answer(table, term)
@@ -85,19 +85,28 @@ def _columns(table: ResidualTable, terms: Sequence[Term]) -> _Columns:
         if not np.isfinite(length) or largest <= 0 or length <= SEEN * largest:
             continue
         column = column / length
-        if values and float(np.abs(np.stack(values) @ column).max()) > ALIKE:
+        if kept and float(np.abs(values[: len(kept)] @ column).max()) > ALIKE:
             continue
+        values[len(kept)] = column
         kept.append(term)
-        values.append(column)
         lengths.append(length)
-    return _Columns(terms=tuple(kept), value=np.array(values).reshape(len(kept), -1), length=np.array(lengths))
+    return _Columns(terms=tuple(kept), value=values[: len(kept)], length=np.array(lengths))
 
 
-def _fit(columns: Array, left: Array, threshold: float) -> Array:
-    """(P,) coefficients [sigma] of ``columns`` (P, n); 0 of terms that are left out."""
-    if not len(columns):
+def _packed(columns: Array, left: Array) -> Array:
+    """(P + 1, P + 1) triangle of the least squares of ``left`` (n,) by ``columns`` (P, n): the same in fewer rows."""
+    return _triangle(np.vstack([columns, left]).T)
+
+
+def _triangle(rows: Array) -> Array:
+    """R of Q R = rows: the same products in fewer rows."""
+    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=float)
+
+
+def _fit(packed: Array, threshold: float) -> Array:
+    """(P,) coefficients [sigma]; 0 of terms that are left out."""
+    if packed.shape[1] < 2:
         return np.zeros(0)
-    packed = np.linalg.qr(np.vstack([columns, left]).T, mode="r")  # the same least squares in P + 1 rows
     optimizer = pysindy.STLSQ(threshold=threshold, alpha=RIDGE, max_iter=50)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that no term is left is an answer
@@ -107,11 +116,14 @@ def _fit(columns: Array, left: Array, threshold: float) -> Array:
 def _threshold(table: ResidualTable, columns: _Columns) -> tuple[float, bool]:
     """Threshold of the sparsest model within one standard error of the best, and whether that is surely better than nothing."""
     gains = np.zeros((len(THRESHOLDS), len(table.time)))
-    for part in np.unique(table.part):
+    parts = np.unique(table.part)
+    of_sample = table.part[table.window]
+    packed = [_packed(columns.value[:, of_sample == part], table.left[of_sample == part]) for part in parts]
+    for number, part in enumerate(parts):
         out = table.part == part
-        inside = ~out[table.window]
+        others = _triangle(np.vstack([rows for k, rows in enumerate(packed) if k != number]))
         for row, threshold in enumerate(THRESHOLDS):
-            coefficients = _fit(columns.value[:, inside], table.left[inside], threshold)
+            coefficients = _fit(others, threshold)
             gains[row, out] = (table.chi2() - table.chi2(coefficients @ columns.value))[out]
     total = gains.sum(axis=1)
     error = np.sqrt(len(table.time)) * gains.std(axis=1, ddof=1)

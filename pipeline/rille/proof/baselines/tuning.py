@@ -1,26 +1,28 @@
 """Tune everything: all numbers of the model that can be wrong, fitted together by bounded least squares through replays.
 
-Minimises |left(p)|^2, the whitened residuals of all windows, over numbers p within their bounds, begun at what the model has
-(trust-region reflective, Branch, Coleman & Li 1999, of scipy). Standard errors are those of the least squares in the directions that the
-recordings tell; the name is that of the number that has moved by most of its own.
+Minimises |left(p)|^2 + sum ((p - p0)/spread)^2, the whitened residuals of all windows and how far off numbers usually are, over numbers p
+within their bounds, begun at what the model has (trust-region reflective, Branch, Coleman & Li 1999, of scipy). The second term keeps
+numbers that the recordings do not tell where they are. The name is that of the number that has moved by most of its standard errors.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.stats import chi2 as chi2_distribution
 
 from rille.proof.baselines.names import BaselineAnswer, Named
 from rille.proof.baselines.residuals import gap_closed, root
 
 Array = NDArray[np.float64]
-EVALUATIONS = 12  # of residuals and derivatives each
+EVALUATIONS = 8  # of residuals and derivatives each
 CHANGE = 0.02  # of a spread, for a derivative
-TOLD = 1.0  # [sigma] that a change by one spread makes in a direction, below which the recordings do not tell it
+LOST = 1e3  # [sigma] of a sample that a run does not reach
 SURE = 4.0  # standard errors
+CHANCE = 0.01  # of saying that something differs where nothing does
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,10 +48,11 @@ class Tunable(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuned:
-    """Numbers (n,) at their best, and their standard errors (inf: the recordings do not tell them)."""
+    """Numbers (n,) at their best, their standard errors, and what that takes off chi-squared."""
 
     values: Array
     errors: Array
+    drop: float
 
 
 def tune(numbers: Sequence[TunedNumber], residuals: Tunable) -> Tuned:
@@ -60,22 +63,19 @@ def tune(numbers: Sequence[TunedNumber], residuals: Tunable) -> Tuned:
 
     def left(x: Array) -> Array:
         found = residuals((value + spread * x)[None])[0]
-        return np.where(np.isfinite(found), found, 1e3)
+        return np.r_[np.where(np.isfinite(found), found, LOST), x]
 
     def slopes(x: Array) -> Array:
         steps = np.where(x + CHANGE <= high, CHANGE, -CHANGE)
         found = residuals(value + spread * np.vstack([x, x + np.diag(steps)]))
-        return np.nan_to_num((found[1:] - found[0]) / steps[:, None]).T
+        return np.vstack([np.nan_to_num((found[1:] - found[0]) / steps[:, None]).T, np.eye(len(x))])
 
     start = np.clip(np.zeros(len(numbers)), low + 1e-6, high - 1e-6)
-    best = least_squares(left, start, slopes, bounds=(low, high), method="trf", x_scale=1.0, max_nfev=EVALUATIONS)
-    _, size, right = np.linalg.svd(best.jac, full_matrices=False)
-    told = size > TOLD
-    squares = np.sum((right[told] / size[told, None]) ** 2, axis=0)
-    share = np.sum(right[told] ** 2, axis=0)
-    errors = np.where(share > 0.5, np.sqrt(squares), np.inf)
-    over = np.sqrt(max(1.0, 2 * best.cost / max(len(best.fun) - int(told.sum()), 1)))
-    return Tuned(values=value + spread * best.x, errors=spread * errors * over)
+    first = float(np.sum(left(start) ** 2))
+    best = least_squares(left, start, cast(Any, slopes), bounds=(low, high), method="trf", x_scale=1.0, max_nfev=EVALUATIONS)
+    errors = np.sqrt(np.diagonal(np.linalg.inv(best.jac.T @ best.jac)))
+    over = np.sqrt(max(1.0, 2 * best.cost / len(best.fun)))
+    return Tuned(values=value + spread * best.x, errors=spread * errors * over, drop=first - 2 * best.cost)
 
 
 def named(numbers: Sequence[TunedNumber], tuned: Tuned, before: tuple[Array, Array], after: tuple[Array, Array]) -> BaselineAnswer:
@@ -93,7 +93,7 @@ def named(numbers: Sequence[TunedNumber], tuned: Tuned, before: tuple[Array, Arr
         baseline="tuning",
         name=first.name if first else None,
         number=float(moved[sure[0]]) if sure else 0.0,
-        differs=bool(sure),
+        differs=tuned.drop > float(chi2_distribution.isf(CHANCE, len(numbers))),
         before=sizes_of[0],
         after=sizes_of[1],
         gap_closed=gap_closed(*sizes_of),

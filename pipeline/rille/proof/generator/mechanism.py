@@ -1,3 +1,4 @@
+# pyright: reportAttributeAccessIssue=false
 """Bodies and joints by MuJoCo (Todorov et al. 2012, IROS): positions, mass matrix, Coriolis forces, Jacobians, in reduced coordinates."""
 
 from collections.abc import Mapping
@@ -21,8 +22,8 @@ class Mechanism:
 
     q : MuJoCo's positions: of a free root x, y, z of its frame in W and its quaternion (w, x, y, z), then one number per joint [rad or m].
     v = G z : MuJoCo's velocities: of a free root the velocity of its frame in W [m/s] and its angular velocity along its own axes [rad/s],
-    then joint rates. z (``size``,) : the independent ones; gears (q_b = ratio q_a) and differentials (theta_a + theta_b = 2 theta_carrier, so
-    that the hinges of both sides turn against each other) hold exactly, as long as they hold at the start.
+    then joint rates. z (``size``,) : the independent ones; gears (q_b = ratio q_a) and differentials (theta_a + theta_b = 2 theta_carrier,
+    so that the hinges of both sides turn against each other) hold exactly, as long as they hold at the start.
 
     After ``move``: mass (size, size), bias (size,): G^T M G, and G^T of Coriolis forces less gravity, so that mass z' = G^T forces - bias.
     """
@@ -135,7 +136,7 @@ class Mechanism:
 
     def reduced(self, v: Array) -> Array:
         """z of velocities that fulfil the constraints."""
-        return np.linalg.lstsq(self.G, v, rcond=None)[0]
+        return np.asarray(np.linalg.lstsq(self.G, v, rcond=None)[0], dtype=np.float64)
 
     def velocities(self, joints: Mapping[str, float], linear: Array | None = None, angular: Array | None = None) -> Array:
         """v (nv,) of joint rates, and of a free root's velocity in W and angular velocity along its own axes."""

@@ -22,7 +22,7 @@ def ride(machine: Machine, scenario: Scenario, laws: Sequence[Effect], readings:
 
     Raises
     ------
-    PhysicsFailed : if a wheel leaves the terrain or is buried, or a step finds no solution.
+    PhysicsFailed : if a wheel leaves the terrain or is buried, or speeds are not finite.
     """
     rover = RoverOnSoil(machine, scenario, (*machine.effects, *laws))
     rover.place()
@@ -43,5 +43,5 @@ def ride(machine: Machine, scenario: Scenario, laws: Sequence[Effect], readings:
     for (quantity, _), trace in traces.items():
         if quantity == "part.linear_acceleration":
             trace.made = list(np.diff(np.array(trace.states), axis=0) / h - np.array(scenario.gravity))
-    instants = h * np.arange(n + 1)
+    instants = np.linspace(0.0, scenario.duration, n + 1)
     return [read(r, instants, traces[r.quantity, r.target], traces.get(("part.orientation", r.target))) for r in readings]

@@ -4,12 +4,15 @@ One step of h finds the reduced velocities z+ at its end from
 
     M (z+ - z) = h (Sum J^T f(z+) + tau(z+) - bias),  q+ = q + h (v + v+)/2
 
-f: forces of the wheels at their speeds and sinkages at the end of the step; tau: efforts of drives and laws. It is solved by Newton's method
-with chords for the slopes of f: dry friction and shear are concave in their speeds, so that a chord majorises them and the iteration
-converges from anywhere. M, J and bias are those of the beginning. The error is of first order in h.
+f: forces of the wheels at their speeds and sinkages at the end of the step; tau: efforts of drives and laws. It is solved by Newton's
+method with chords for the slopes of f: dry friction and shear are concave in their speeds, so that a chord majorises them and the iteration
+converges. Where a law is not concave (a wheel that turns back while it drifts) steps are
+halved; what is left is taken along the chords, so that momentum is balanced to rounding. M, J and bias are those of the beginning. The
+error is of first order in h.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +20,11 @@ from scipy.linalg import solve
 from scipy.spatial.transform import Rotation
 
 from rille.model import Effect, InputRefused, PhysicsFailed, Scenario
+from rille.proof.generator.body_laws import with_other_bodies
+from rille.proof.generator.drive_line import line_of
 from rille.proof.generator.mechanism import Mechanism
 from rille.proof.generator.rover_drives import Drives, SetValues
+from rille.proof.generator.rover_laws import RoverLaws
 from rille.proof.generator.wheel_soil import SLIP
 from rille.proof.generator.wheels import NORMAL, ROLLING, RUT, SHEAR, SIDEWAYS, Footing, Push, Wheels
 from rille.proof.machine import Machine
@@ -27,6 +33,7 @@ Array = NDArray[np.float64]
 PRECISION = 1e-7  # [m/s or rad/s] of the speeds at the end of a step
 FULL_STEPS, MOST_ITERATIONS = 6, 48  # then half steps, quarter steps ...
 REST_SPEED, REST_TIME = 1e-4, 0.1  # slower than this [m/s, rad/s] for so long [s] is settled
+BEFORE = -1.0  # [s] the time of settling: what has a time of its own has not begun
 SLIP_SPEED = 1e-4  # [m/s] below which slip is not told: it would be a ratio of two noises
 LIFT, RIM, TRAVEL, LATERAL, SPIN = range(5)  # speeds of a wheel
 
@@ -35,10 +42,12 @@ class RoverOnSoil:
     """A rover that moves. ``q``, ``z``: its coordinates and reduced velocities."""
 
     def __init__(self, machine: Machine, scenario: Scenario, effects: Sequence[Effect]) -> None:
-        rover = machine.rover
-        self.machine, self.scenario = machine, scenario
-        self.mechanism = Mechanism(rover, scenario.gravity)
-        self.gravity = np.array(scenario.gravity)
+        changed = with_other_bodies(replace(machine, gravity=scenario.gravity), effects)
+        rover = changed.rover
+        self.machine, self.scenario = changed, scenario
+        self.mechanism = Mechanism(rover, changed.gravity)
+        self.gravity = np.array(changed.gravity)
+        self.laws = RoverLaws(self.mechanism, changed, effects)
         self.wheels = Wheels(machine, effects, float(np.linalg.norm(self.gravity)))
         joints = {joint.name: joint for joint in rover.joints}
         frames = {body.name: np.array(body.frame) for body in rover.bodies}
@@ -47,21 +56,28 @@ class RoverOnSoil:
         axes = [np.array(joints[wheel.joint].axis) for wheel in rover.wheels]
         self._axles = [-axis if axis[1] < 0 else axis for axis in axes]  # to the left, whichever way the joint turns
         self._wheel_joints = [wheel.joint for wheel in rover.wheels]
-        self.drives = Drives(rover.drives)
         self._driven = [drive.joint for drive in rover.drives]
         self._selection = np.array([self.mechanism.row(joint) for joint in self._driven])
         self.q, self.z = self.mechanism.start(), np.zeros(self.mechanism.size)
         self._z_before = self.z
+        self._seen: Array | None = None
         self.effort = np.zeros(len(rover.drives))
-        self._positions = np.zeros(len(rover.drives))
-        self._values = SetValues(rover.drives, scenario, self._joint_positions(self._driven), np.zeros(len(rover.drives)))
+        start = self._joint_positions(self._driven)
+        lines = [line_of(joint, effects) for joint in self._driven]
+        self.drives = Drives(rover.drives, lines, start)
+        self._values = SetValues(rover.drives, lines, scenario, start)
         self._footing: Footing | None = None
         self._push: Push | None = None
-        self.iterations = 0
         self._lateral = np.zeros(len(rover.wheels))  # [m/s] of the wheels' feet
 
     def _joint_positions(self, names: Sequence[str]) -> Array:
         return np.array([self.mechanism.joint_position(self.q, name) for name in names])
+
+    def _look(self) -> None:
+        """Kinematics of the present state, unless they are known."""
+        if self._seen is not self.q:
+            self.mechanism.move(self.q, self.z)
+            self._seen = self.q
 
     def _wheel_frames(self) -> tuple[Array, Array]:
         """Centres (n, 3) [m] and axles (n, 3) in W, of the last ``move``."""
@@ -70,35 +86,48 @@ class RoverOnSoil:
         return centers, np.array([turn @ a for (_, turn), a in zip(poses, self._axles, strict=True)])
 
     def place(self) -> None:
-        """On the ground: the scenario's x, y and heading, tilted like the plane through the ground under the wheels (least squares).
+        """Joints where the scenario starts them, the root as given or on the ground; then laws of joints and bodies begin.
 
-        Height and tilt depend on each other, since they shift the wheels: three rounds reach millimetres. Then the lowest wheel touches.
+        On the ground: the scenario's x, y and heading, tilted like the plane through the ground under the wheels (least squares). Height
+        and tilt depend on each other, since they shift the wheels: four rounds reach millimetres. Then the lowest wheel touches.
         """
-        x, y, _ = self.scenario.start.position
-        w, i, j, k = self.scenario.start.rotation
-        forward = Rotation.from_quat([i, j, k, w]).apply([1.0, 0.0, 0.0])
-        forward = np.array([forward[0], forward[1], 0.0]) / np.hypot(forward[0], forward[1])
-        position, normal = np.array([x, y, 0.0]), np.array([0.0, 0.0, 1.0])
-        for _ in range(4):
-            left = np.cross(normal, forward)
-            left /= np.linalg.norm(left)
-            turned = np.column_stack([np.cross(left, normal), left, normal])
-            self.q = self.mechanism.put(self.q, position, turned)
-            self.mechanism.move(self.q, self.z)
-            centers, axles = self._wheel_frames()
-            height = self.wheels.ground.height(centers[:, 0], centers[:, 1])
-            away = np.column_stack([centers[:, :2] - (x, y), np.ones(len(centers))])
-            rise_x, rise_y, position[2] = np.linalg.lstsq(away, height, rcond=None)[0]
-            normal = np.array([-rise_x, -rise_y, 1.0]) / np.sqrt(1 + rise_x**2 + rise_y**2)
-        sinkage = self.wheels.footing(centers, axles, self._joint_positions(self._wheel_joints)).sinkage
-        position[2] = self.mechanism.pose(self.mechanism.root)[0][2] + sinkage.max()
-        self.q = self.mechanism.put(self.q, position, turned)
+        start = self.scenario.start
+        for state in self.scenario.initial_states:
+            self.q = self.mechanism.with_joint(self.q, state.joint, state.position)
+        w, i, j, k = start.rotation
+        turned = Rotation.from_quat([i, j, k, w])
+        position = np.array(start.position)
+        self.q = self.mechanism.put(self.q, position, turned.as_matrix())
+        if self.scenario.placement == "on_terrain":
+            forward = turned.apply([1.0, 0.0, 0.0]) * (1.0, 1.0, 0.0)
+            forward /= np.linalg.norm(forward)
+            normal = np.array([0.0, 0.0, 1.0])
+            for _ in range(4):
+                left = np.cross(normal, forward)
+                left /= np.linalg.norm(left)
+                self.q = self.mechanism.put(self.q, position, np.column_stack([np.cross(left, normal), left, normal]).astype(np.float64))
+                normal, position = self._plane_under_wheels(position)
+            self._look()
+            footing = self.wheels.footing(*self._wheel_frames(), self._joint_positions(self._wheel_joints))
+            self.q = self.q.copy()
+            self.q[2] += footing.sinkage.max()
+        self.laws.begin(self.q, self.z)
+
+    def _plane_under_wheels(self, position: Array) -> tuple[Array, Array]:
+        """Normal (3,) of the plane through the ground under the wheels, and its point (3,) [m] at the x and y of ``position``."""
+        self._look()
+        centers, _ = self._wheel_frames()
+        height = self.wheels.ground.height(centers[:, 0], centers[:, 1])
+        away = np.column_stack([centers[:, :2] - position[:2], np.ones(len(centers))])
+        rise_x, rise_y, here = np.linalg.lstsq(away, height, rcond=None)[0]
+        normal = np.array([-rise_x, -rise_y, 1.0]) / np.sqrt(1 + rise_x**2 + rise_y**2)
+        return normal, np.array([position[0], position[1], here])
 
     def settle(self, longest: float, step: float) -> None:
         """Until nothing moves, with drives at rest, at most ``longest`` [s]."""
         slow = 0
-        for _ in range(int(round(longest / step))):
-            self.step(0.0, step, hold=True)
+        for _ in range(round(longest / step)):
+            self.step(BEFORE, step, hold=True)
             slow = slow + 1 if np.abs(self.z).max() < REST_SPEED else 0
             if slow * step >= REST_TIME:
                 return
@@ -121,10 +150,10 @@ class RoverOnSoil:
 
         Raises
         ------
-        PhysicsFailed : if a wheel leaves the terrain or is buried, or no solution is found.
+        PhysicsFailed : if a wheel leaves the terrain or is buried, or speeds are not finite.
         """
         mechanism, wheels = self.mechanism, self.wheels
-        mechanism.move(self.q, self.z)
+        self._look()
         centers, axles = self._wheel_frames()
         footing = wheels.footing(centers, axles, self._joint_positions(self._wheel_joints))
         rows = self._wheel_rows(footing, centers)
@@ -134,29 +163,38 @@ class RoverOnSoil:
         along = np.stack(
             [rows[:, LIFT], rows[:, RIM] - rows[:, TRAVEL], rows[:, RIM], rows[:, TRAVEL], rows[:, LATERAL], rows[:, SPIN]], axis=1
         ).reshape(-1, mechanism.size)
-        value = self._values.mean(time, time + step) if not hold else self._values.mean(-1.0, 0.0)
-        target = self.drives.target(value, self._joint_positions(self._driven), hold)
+        value = self._values.mean(time, time + step)
+        target = self.drives.target(value, self._joint_positions(self._driven), step, hold)
         mass, bias, selection = mechanism.mass, mechanism.bias, self._selection
 
         z = 2 * self.z - self._z_before
-        for k in range(MOST_ITERATIONS):
+        k = 0
+        while True:
             speeds = rows @ z
             push = wheels.push(footing, footing.sinkage - 0.5 * step * (before[:, LIFT] + speeds[:, LIFT]), speeds, slow)
             slope = push.slope.copy()
             slope[:, NORMAL] += 0.5 * step * push.stiffness
             effort, chord = self.drives.efforts(target, selection @ z, step, hold)
-            missing = mass @ (z - self.z) - step * (along.T @ push.force.ravel() + selection.T @ effort - bias)
+            forces = along.T @ push.force.ravel() + selection.T @ effort - bias
             matrix = mass + step * ((along.T * slope.ravel()) @ along + (selection.T * chord) @ selection)
+            if self.laws.any:
+                given, fall = self.laws.forces(time + step, step, self.q, z, dict(zip(self._driven, effort, strict=True)))
+                forces += given
+                matrix += step * fall
+            missing = mass @ (z - self.z) - step * forces
             change = solve(matrix, -missing, assume_a="pos", check_finite=False, overwrite_a=True)
             change *= 0.5 ** (k // FULL_STEPS)  # a wheel that turns back while it drifts is no concave law
             z = z + change
-            if np.abs(change).max() < PRECISION:
+            if not np.isfinite(change).all():
+                raise PhysicsFailed(f"at t = {time:.3f} s the rover's speeds are not finite; take a smaller step than {step:g} s")
+            if np.abs(change).max() < PRECISION or k + 1 == MOST_ITERATIONS:
                 break
-        self.iterations += k + 1
+            k += 1
         push.force -= slope * (along @ change).reshape(slope.shape)  # what moved the rover, to rounding
         effort = effort - chord * (selection @ change)
-        if not hold:
-            self.drives.advance(target, selection @ z, effort, step)
+        self.drives.advance(target, selection @ z, effort, step, hold)
+        if self.laws.any:
+            self.laws.advance()
         wheels.advance(push, footing, step)
         self.q = mechanism.integrate(self.q, 0.5 * (self.z + z), step)
         self._z_before, self.z = self.z, z
@@ -170,7 +208,7 @@ class RoverOnSoil:
         if quantity == "joint.velocity":
             return np.array([mechanism.row(target) @ self.z])
         if quantity in ("part.position", "part.orientation", "part.linear_velocity", "part.angular_velocity", "part.linear_acceleration"):
-            mechanism.move(self.q, self.z)
+            self._look()
             position, turned = mechanism.pose(target)
             if quantity == "part.position":
                 return position
@@ -196,7 +234,8 @@ class RoverOnSoil:
             return np.array([current * drive.resistance + drive.torque_constant * (self._selection[k] @ self.z)])
         if not quantity.startswith("wheel."):
             return np.empty(0)
-        assert self._push is not None and self._footing is not None
+        assert self._push is not None
+        assert self._footing is not None
         k = self.wheels.names.index(target)
         force, contacts = self._push.force[k], self._push.contacts
         u, v = contacts.rim[k], contacts.travel[k]

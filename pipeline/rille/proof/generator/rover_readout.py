@@ -1,6 +1,5 @@
 """What is read of a rover: states at any instants, and what a step makes (forces, efforts, accelerations) as means of the step."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,8 +24,8 @@ class Trace:
 def read(reading: Reading, instants: Array, trace: Trace, orientation: Trace | None) -> Array:
     """Values (n,) of a reading.
 
-    Between steps states are interpolated linearly, quaternions too and then normalised; what a step makes is that of the step that contains the
-    instant. instants : (n + 1,) [s] ends of the steps. orientation : of the body, for vectors along its axes.
+    Between steps states are interpolated linearly, quaternions too and then normalised; what a step makes is that of the step that
+    contains the instant. instants : (n + 1,) [s] ends of the steps. orientation : of the body, for vectors along its axes.
     """
     times = np.clip(reading.times, instants[0], instants[-1])
     if reading.quantity == "part.orientation":

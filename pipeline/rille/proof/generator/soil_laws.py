@@ -1,8 +1,8 @@
 """Laws of the catalogue that act on wheels on soil, on all wheels (or points of a bench) at once.
 
 Each law has up to four moments: ``before`` the stresses are integrated it changes soil or sinkage, ``after`` it changes the reaction,
-``advance`` moves its memory on, ``steady`` sets its memory as after long steady rolling. Laws of steady rolling see slip and speed as the soil
-met them: the mean over the last contact length L = max(sqrt(2 r z), r/20), d mean/d path = (now - mean)/L.
+``advance`` moves its memory on, ``steady`` sets its memory as after long steady rolling. Laws of steady rolling see slip and speed as the
+soil met them: the mean over the last contact length L = max(sqrt(2 r z), r/20), d mean/d path = (now - mean)/L.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -237,8 +237,8 @@ class Bulldozing(SoilLaw):
 class LateralBulldozing(SoilLaw):
     """F_y += efficiency Int R_b(h) dx (1 - exp(-j_y/k_y)), R_b = D_1 (c h + D_2 gamma h^2/2), dx = r cos theta dtheta, j_y its mean.
 
-    h = r (cos theta - cos theta_f) > 0, D_1 = cot X + tan(X + phi), D_2 = cot X + cot^2 X tan phi, X = 45 deg - phi/2. The integral is taken in
-    closed form. Source: Hegedus 1960; Ishigami et al. 2007, J. Field Robotics 24, eqs 12-15.
+    h = r (cos theta - cos theta_f) > 0, D_1 = cot X + tan(X + phi), D_2 = cot X + cot^2 X tan phi, X = 45 deg - phi/2. The integral is
+    taken in closed form. Source: Hegedus 1960; Ishigami et al. 2007, J. Field Robotics 24, eqs 12-15.
     """
 
     def __init__(self, get: Numbers, on: Array) -> None:
@@ -265,7 +265,9 @@ class LateralBulldozing(SoilLaw):
 
 
 class Multipass(SoilLaw):
-    """p = k_u (z - z_e) up to z_u = memory x rut depth, k_u = unload_stiffness + stiffness_growth z_u. Source: Wong 2008, ch. 2.4.2, eq. 2.56."""
+    """p = k_u (z - z_e) up to z_u = memory x rut depth, k_u = unload_stiffness + stiffness_growth z_u. Source: Wong 2008, ch. 2.4.2, eq.
+    2.56.
+    """
 
     reads_ruts = True
 

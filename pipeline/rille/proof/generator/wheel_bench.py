@@ -1,7 +1,8 @@
 """The single-wheel bench, quasi-static: the sinkage at which the soil carries the load, and what it does then.
 
 A carriage travels at ``speed``, the wheel heads off its path by the slip angle. Along the heading v = speed cos(angle), across it
-v_y = speed sin(angle); the rim turns at r w = v/(1 - s) for s >= 0, v (1 + s) for s < 0; at s = 1 the carriage stands and the rim has ``speed``.
+v_y = speed sin(angle); the rim turns at r w = v/(1 - s) for s >= 0, v (1 + s) for s < 0; at s = 1 the carriage stands and the rim has
+``speed``.
 """
 
 from collections.abc import Sequence
@@ -68,8 +69,8 @@ def bench_points(
 
     Returns
     -------
-    sinkage [m], drawbar_pull [N] along the heading, side_force [N] with the sign of the slip angle, drive_torque [N m]: (n,) each, NaN where
-    the soil does not carry the load before the wheel is buried to its axle.
+    sinkage [m], drawbar_pull [N] along the heading, side_force [N] with the sign of the slip angle, drive_torque [N m]: (n,) each, NaN
+    where the soil does not carry the load before the wheel is buried to its axle.
     """
     load, slip_ratio, slip_angle = (
         np.ascontiguousarray(a, dtype=float) for a in np.broadcast_arrays(*np.atleast_1d(load, slip_ratio, slip_angle))
@@ -110,4 +111,9 @@ def bench_points(
     z = dug + sinkages(steady.table(), steady.motion, load, wheel.radius - dug, TOLERANCE)
     reaction = react(acting, contacts(z), TOLERANCE).table
     reaction[np.isnan(z)] = np.nan
-    return {"sinkage": z, "drawbar_pull": reaction[:, PULL], "side_force": np.sign(slip_angle) * reaction[:, SIDE], "drive_torque": reaction[:, TORQUE]}
+    return {
+        "sinkage": z,
+        "drawbar_pull": reaction[:, PULL],
+        "side_force": np.sign(slip_angle) * reaction[:, SIDE],
+        "drive_torque": reaction[:, TORQUE],
+    }

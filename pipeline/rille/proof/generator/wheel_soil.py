@@ -23,10 +23,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Columns of a table of wheels on soils: [m, m, Pa/m^n, -, Pa, -, m, m, -, -, -, m, Pa/m, 1: one zone]
-RADIUS, WIDTH, MODULUS, EXPONENT, COHESION, TAN_PHI, SHEAR, LATERAL_SHEAR, PEAK, PEAK_SLIP, EXIT, PACKED, PACKED_STIFFNESS, ONE_ZONE = range(14)
+RADIUS, WIDTH, MODULUS, EXPONENT, COHESION, TAN_PHI, SHEAR, LATERAL_SHEAR, PEAK, PEAK_SLIP, EXIT, PACKED, PACKED_STIFFNESS, ONE_ZONE = (
+    range(14)
+)
 # Columns of a table of motions: [m, -, -, -]
 SINKAGE, SLIP, TRAVEL, LATERAL = range(4)
-# Columns of a table of reactions: [N, N, N, N m, N m, rad, rad, rad]. ROLLING_TORQUE: T of the same normal stresses at zero slip (kappa = 1)
+# Columns of a table of reactions: [N, N, N, N m, N m, rad, rad, rad]. ROLLING_TORQUE: T of the same normal stresses at zero slip (kappa =
+# 1)
 LOAD, PULL, SIDE, TORQUE, ROLLING_TORQUE, ENTRY_ANGLE, PEAK_ANGLE, EXIT_ANGLE = range(8)
 
 _NODES = np.array(

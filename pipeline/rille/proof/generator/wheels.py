@@ -1,7 +1,8 @@
 """Wheels of a rover on its ground: forces as functions of their speeds, with the slopes that an implicit step needs.
 
 Frame of a wheel: ``up`` the ground's normal seen in the wheel's plane, ``axle`` to the left, ``ahead`` = axle x up. Speeds: lift along up,
-u = r w of the rim, v along ahead of the centre, v_y along axle of the foot, spin about up. Forces of the soil, each against a speed of its own:
+u = r w of the rim, v along ahead of the centre, v_y along axle of the foot, spin about up. Forces of the soil, each against a speed of
+its own:
 
     normal    N(z) - c lift, never negative; c = damping b L, L: length of the contact
     shear     S = (T - T_0)/r on u - v (it drives the wheel ahead and brakes the rim)
@@ -10,8 +11,9 @@ u = r w of the rim, v along ahead of the centre, v_y along axle of the foot, spi
     side      F_y on v_y
     scrub     M on spin, like dry friction
 
-T_0: torque of the same normal stresses at zero slip. So S - R = D and r S + T_0 = T wherever the wheel rolls, and a standing wheel stands. The
-hundredth gives a wheel that spins on the spot, or is dragged, its full resistance. Dry friction is F speed/hypot(speed, ``CREEP``).
+T_0: torque of the same normal stresses at zero slip. So S - R = D and r S + T_0 = T wherever the wheel rolls, and a standing wheel
+stands. The hundredth gives a wheel that spins on the spot, or is dragged, its full resistance. Dry friction is F speed/hypot(speed,
+``CREEP``).
 """
 
 from collections.abc import Sequence
@@ -21,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import Effect, PhysicsFailed
+from rille.model import Effect, InputRefused, PhysicsFailed
 from rille.proof.generator.ground import Ground, Ruts
 from rille.proof.generator.soil_laws import Contacts, Reaction, contact_length, react, soil_laws
 from rille.proof.generator.wheel_bench import soil_columns
@@ -33,12 +35,14 @@ CREEP = 1e-6  # [m/s] of dry friction and of slip: a parked rover creeps by less
 SLOW = 5e-3  # [m/s] below which the normal load takes slip against this speed: a wheel that trembles does not turn its shear over
 TRAVEL_SHARE = 0.01  # [-]
 NORMAL, SHEAR, ROLLING, RUT, SIDEWAYS, SCRUB = range(6)
-CELLS_ACROSS = 5  # of a rut, in the narrowest wheel
+CELLS_ACROSS = 12  # of a rut, in the narrowest wheel
 
 
 @dataclass(slots=True, kw_only=True)
 class Footing:
-    """Wheels in their frames at an instant. up, ahead, axle : (n, 3) in W. sinkage : (n,) [m], negative in the air. contacts : for the laws."""
+    """Wheels in their frames at an instant. up, ahead, axle : (n, 3) in W. sinkage : (n,) [m], negative in the air. contacts : for the
+    laws.
+    """
 
     up: Array
     ahead: Array
@@ -89,7 +93,12 @@ class Wheels:
         responses = []
         for soil, material in zip(found, self._materials, strict=True):
             pairs = [p for p in terrain.pairs if p.soil == soil.name and p.material in (None, material)]
-            responses.append(max(pairs, key=lambda pair: pair.material is not None).response)
+            response = max(pairs, key=lambda pair: pair.material is not None).response if pairs else "rigid"
+            if response == "rigid":
+                raise InputRefused(
+                    f"wheels are rigid on soil '{soil.name}'; the generator knows soft soil only: give the pair one of its laws"
+                )
+            responses.append(response)
         return soil_columns(found, responses, self._gravity)
 
     def footing(self, center: Array, axle: Array, angle: Array) -> Footing:
@@ -127,7 +136,7 @@ class Wheels:
             rut_depth=np.zeros(n),
             **columns,
         )
-        return Footing(up=up, ahead=np.cross(axle, up), axle=axle, sinkage=sinkage, contacts=contacts)
+        return Footing(up=up, ahead=np.cross(axle, up).astype(np.float64), axle=axle, sinkage=sinkage, contacts=contacts)
 
     def read_ruts(self, footing: Footing, rim: Array, travel: Array) -> None:
         """What earlier wheels left where each wheel enters the soil, which it has not touched itself. rim, travel : (n,) [m/s]."""
@@ -136,7 +145,8 @@ class Wheels:
         direction = np.where(np.where(np.abs(rim) >= np.abs(travel), rim, travel) < 0, -1.0, 1.0)
         for k, place in enumerate(footing.contacts.place):
             heading, left = footing.ahead[k, :2] * direction[k], footing.axle[k, :2]
-            reach = np.sqrt(2 * self.radius[k] * max(footing.sinkage[k], 0.0)) + 1.5 * self.ruts.cell
+            ratio = np.clip(footing.sinkage[k] / self.radius[k], 0.0, 1.0)
+            reach = self.radius[k] * np.sqrt(ratio * (2 - ratio)) + 2 * self.ruts.cell
             footing.contacts.rut_depth[k] = self.ruts.depth(place + reach * heading, left, float(self.width[k]))
 
     @staticmethod
