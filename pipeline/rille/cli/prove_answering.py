@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 MODEL, HELD_OUT = "model.db", "held_out"
 LIMIT = 1800.0  # [s] that an answer may take
-REFUSED = 3  # exit code of rille
 LAST_WORDS = 2000  # characters of a failure that are kept
 MOST_RANKED = 12
 # What is kept of the answer: all that the score reads, and what a reader of the ledger wants to see.
@@ -69,7 +68,7 @@ def answer_files(
         done = "diagnosis" in said
         return Given(
             trial=trial,
-            status="done" if done else _status(took),
+            status="done" if done else took.status,
             text=canonical_json(said) if done else took.errors[-LAST_WORDS:],
             recording=digest,
             seconds=seconds,
@@ -80,12 +79,6 @@ def answer_files(
 
 def _ok(took: "Stay") -> bool:
     return took.kind == "done" and took.code == 0
-
-
-def _status(took: "Stay") -> "AnswerStatus":
-    if took.kind != "done":
-        return took.kind
-    return "refused" if took.code == REFUSED else "crashed"
 
 
 def _kept(answer: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rille.model.recording import Recording
 
 WINDOW = 0.5  # [s] of replays
+MANY, FEW = 40, 8  # steps of a tuning; few where wheels on the ground take long to simulate
 SAME = ("*",)  # targets of parameters that say again what others say
 AGAIN = ("stiffness",)  # kinds likewise
 
@@ -138,7 +139,8 @@ def _tuned(training: _Side, held_out: _Side) -> BaselineAnswer:
         at = iter(values.tolist())
         return tuple(hypothesis.at({number.name: next(at) for number in hypothesis.free}) for hypothesis in hypotheses)
 
-    tuned = tune(numbers, lambda values: training.left([setting(row) for row in values]))
+    few = FEW if training.table.scope.wheels and not training.table.scope.channels else MANY
+    tuned = tune(numbers, lambda values: training.left([setting(row) for row in values]), few)
     degrees = held_out.table.degrees
     before, after = held_out.chi2(()), held_out.chi2(setting(tuned.values))
     total = np.array([degrees.sum()])

@@ -249,7 +249,8 @@ def _show_that_the_truth_is_shut_away(folder: Path, ledger: "Ledger") -> None:
     import tempfile
 
     from rille.model import InputRefused
-    from rille.proof.room import isolation, probe
+    from rille.proof.probe import probe
+    from rille.proof.room import isolation
 
     with tempfile.TemporaryDirectory(prefix="rille-probe-") as place:
         attempts = probe(Path(place), [folder / VAULT, folder / LEDGER])

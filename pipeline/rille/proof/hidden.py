@@ -88,7 +88,7 @@ SHAPES = ("stiffness", "damping", "rotor_inertia", "damping_ratio", "seed", "ref
 # Where the usual values of the catalogue do not fit machines of this size: kind -> parameter -> value.
 OWN: Mapping[str, Mapping[str, float]] = {
     "backlash": {"stiffness": 2000.0, "damping": 1.0, "rotor_inertia": 1e-4},
-    "joint_elasticity": {"damping": 0.05, "rotor_inertia": 1e-4},
+    "joint_elasticity": {"damping": 0.5, "rotor_inertia": 1e-4},
     "rate_dependence": {"reference_speed": 0.1},
 }
 

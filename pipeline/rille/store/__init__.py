@@ -6,6 +6,7 @@ from rille.store.effects import add_effect, check_effect, effect_kinds, find_eff
 from rille.store.findings import find_finding, read_findings, write_finding
 from rille.store.health import check, info, units
 from rille.store.improvement import improve, parameter_values, planned_changes
+from rille.store.ledger import add_answer, create_ledger, open_truths, read_ledger, write_scores
 from rille.store.model_digest import model_digest
 from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.recordings import (
@@ -27,11 +28,13 @@ __all__ = [
     "RecordingWriter",
     "RunRow",
     "StoredWindow",
+    "add_answer",
     "add_effect",
     "add_part",
     "check",
     "check_effect",
     "create",
+    "create_ledger",
     "effect_kinds",
     "find_effect_kind",
     "find_finding",
@@ -43,12 +46,14 @@ __all__ = [
     "list_runs",
     "migrate",
     "model_digest",
+    "open_truths",
     "parameter_values",
     "part_library",
     "planned_changes",
     "read_channel",
     "read_effects",
     "read_findings",
+    "read_ledger",
     "read_reactions",
     "read_recording",
     "read_rover",
@@ -72,5 +77,6 @@ __all__ = [
     "write_recording",
     "write_rover",
     "write_scenario",
+    "write_scores",
     "write_terrain",
 ]

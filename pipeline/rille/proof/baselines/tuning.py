@@ -18,7 +18,6 @@ from rille.proof.baselines.names import BaselineAnswer, Named
 from rille.proof.baselines.residuals import gap_closed, root
 
 Array = NDArray[np.float64]
-EVALUATIONS = 8  # of residuals and derivatives each
 CHANGE = 0.02  # of a spread, for a derivative
 LOST = 1e3  # [sigma] of a sample that a run does not reach
 SURE = 4.0  # standard errors
@@ -55,8 +54,8 @@ class Tuned:
     drop: float
 
 
-def tune(numbers: Sequence[TunedNumber], residuals: Tunable) -> Tuned:
-    """All numbers together. A trial change that the model refuses has no effect on the fit."""
+def tune(numbers: Sequence[TunedNumber], residuals: Tunable, evaluations: int = 40) -> Tuned:
+    """All numbers together, with at most ``evaluations`` steps. A trial change that the model refuses has no effect on the fit."""
     value, spread = np.array([n.value for n in numbers]), np.array([n.spread for n in numbers])
     lower, upper = (np.array([getattr(n, word) for n in numbers]) for word in ("lower", "upper"))
     low, high = (lower - value) / spread, np.maximum((upper - value) / spread, (lower - value) / spread + 1e-9)
@@ -72,7 +71,7 @@ def tune(numbers: Sequence[TunedNumber], residuals: Tunable) -> Tuned:
 
     start = np.clip(np.zeros(len(numbers)), low + 1e-6, high - 1e-6)
     first = float(np.sum(left(start) ** 2))
-    best = least_squares(left, start, cast(Any, slopes), bounds=(low, high), method="trf", x_scale=1.0, max_nfev=EVALUATIONS)
+    best = least_squares(left, start, cast(Any, slopes), bounds=(low, high), method="trf", x_scale=1.0, max_nfev=evaluations)
     errors = np.sqrt(np.diagonal(np.linalg.inv(best.jac.T @ best.jac)))
     over = np.sqrt(max(1.0, 2 * best.cost / len(best.fun)))
     return Tuned(values=value + spread * best.x, errors=spread * errors * over, drop=first - 2 * best.cost)
