@@ -1,5 +1,7 @@
 """The torque-speed line: w = w_0 (1 - exp(-tau_max t / (I w_0)))."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,3 +23,13 @@ def test_below_the_line_a_speed_drive_holds_its_speed(make_model):
     effect = Effect(kind="motor_saturation", parameters={"inverse_no_load_speed": 0.25})
     path = make_model(flywheel(2.0, "speed", max_torque=10.0), commanded(2.0), None, [effect])
     assert sample(path, 2000, ("joint.velocity", "hub"))[-1, 0] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_below_the_line_a_soft_servo_does_what_it_did(make_model):
+    """The law only ends efforts: where none comes near its limit, nothing changes but rounding (two rows instead of one): 1e-9."""
+    seen = []
+    for effects in ([], [Effect(kind="motor_saturation", parameters={"inverse_no_load_speed": 0.05})]):
+        rover = flywheel(2.0, "speed", max_torque=10.0)
+        soft = replace(rover, drives=tuple(replace(d, speed_gain=1.5) for d in rover.drives))
+        seen.append(sample(make_model(soft, commanded(2.0), None, effects), 1000, ("joint.velocity", "hub"), every=50)[:, 0])
+    assert seen[1] == pytest.approx(seen[0], rel=1e-9)

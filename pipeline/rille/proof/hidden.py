@@ -87,8 +87,7 @@ def _lying(sensor: Sensor, kind: str, value: float) -> Sensor:
 SHAPES = ("stiffness", "damping", "rotor_inertia", "damping_ratio", "seed", "reference_speed", "reference_width")  # stay as they are
 # Where the usual values of the catalogue do not fit machines of this size: kind -> parameter -> value.
 OWN: Mapping[str, Mapping[str, float]] = {
-    "backlash": {"stiffness": 2000.0, "damping": 1.0, "rotor_inertia": 1e-4},
-    "joint_elasticity": {"damping": 0.5, "rotor_inertia": 1e-4},
+    "backlash": {"stiffness": 2000.0, "damping": 1.0},
     "rate_dependence": {"reference_speed": 0.1},
 }
 

@@ -99,7 +99,7 @@ def score(truth: Json, answer: Json | None, status: str = "done", seconds: float
     verdict, ranked, pieces = answer["verdict"], answer["ranked"], truth["pieces"]
     names = verdict in NAMING
     best = ranked[0] if ranked else None
-    group = [entry for entry in ranked if best is not None and entry["group"] == best["group"] and (best["group"] or entry is best)]
+    group = [entry for entry in ranked if best is not None and entry["group"] == best["group"]]
     inside = truth["sort"] not in ("nothing", "outside")
     top = names and inside and best is not None and _is_truth(best, pieces)
     grouped = names and inside and any(_is_truth(entry, pieces) for entry in group)

@@ -10,6 +10,9 @@ namespace {
 // matrix stays well conditioned.
 constexpr double kRigidity = 1e7;
 
+// Share of a servo's weight that is left where its gain is below the slope of the motor's torque-speed line.
+constexpr double kLeast = 1e-6;
+
 }  // namespace
 
 DriveUnit::DriveUnit(const Drive& drive, int dof, const JointEffects& joint_effects) : drive_(&drive), dof_(dof) {
@@ -77,20 +80,23 @@ void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, R
     const double droop = line_.sag * std::abs(speed) / (h * drive_->max_torque);  // [speed per impulse]
     return weight / (1 + weight * droop);
   };
+  // Torque-speed line: the effort ends at most - emf w, the back-EMF being a viscous row of its own. What it takes off below the limit the
+  // servo gives on top, so that together they are the servo's own law there: weight' (target' - w) - emf w = weight (target - w).
+  const double emf = h * drive_->max_torque * line_.inverse_no_load_speed;
+  const auto servo = [&](double weight, double target) {
+    const double left = std::max(weight - emf, kLeast * weight);
+    Row& row = open(left);
+    row.target = weight / left * target;
+    row.lower = -most;
+    row.upper = most;
+  };
   if (drive_->speed_gain) {
     const double gain = *drive_->speed_gain + h * drive_->integral_gain;
-    Row& row = open(sagging(h * gain));
-    row.target = speed + drive_->integral_gain * integral_ / gain;
-    row.lower = -most;
-    row.upper = most;
+    servo(sagging(h * gain), speed + drive_->integral_gain * integral_ / gain);
   } else {
-    Row& row = open(sagging(kRigidity * mechanism.mass_matrix()(dof_, dof_)));
-    row.target = speed;
-    row.lower = -most;
-    row.upper = most;
+    servo(sagging(kRigidity * mechanism.mass_matrix()(dof_, dof_)), speed);
   }
-  // Back-EMF: the torque-speed line of the motor is its largest effort less a viscous one.
-  if (line_.inverse_no_load_speed > 0) open(h * drive_->max_torque * line_.inverse_no_load_speed);
+  if (emf > 0) open(emf);
 }
 
 // Spring and damper between motor (angle p) and joint (angle q), over one step with the next velocities:

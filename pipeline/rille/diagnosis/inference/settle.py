@@ -106,6 +106,9 @@ def settle(
         standing = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, here.metric.edges))
         winner = kept[standing.confounded.order[0] - 1]
         needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
+        if shorter and not needless and not bent and same_pieces(winner.setting, taken.setting):  # under starts of another it may miss
+            shorter = _best_of_each(shorter, [own_fit(evidence, one.setting, state)[0] for one in shorter])
+            needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
         if needless:
             k = min(needless, key=lambda k: shorter[k].chi2)
             taken, rivals = shorter[k], rivals[:k] + rivals[k + 1 :]
@@ -140,9 +143,13 @@ def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], co
     reach = [i for i in order if state.first.chi2 - fitted[i].chi2 > WITHIN_REACH * drop][:OWN]
     found = list(fitted)
     for i in (*reach, *range(count, len(fitted))):
-        own, _ = own_fit(evidence, fitted[i].setting, state)
-        found[i] = own if own.chi2 < fitted[i].chi2 else fitted[i]
+        (found[i],) = _best_of_each([fitted[i]], [own_fit(evidence, fitted[i].setting, state)[0]])
     return found
+
+
+def _best_of_each(some: Sequence[Fitted], others: Sequence[Fitted]) -> list[Fitted]:
+    """Of each pair the fit that explains more."""
+    return [one if one.chi2 <= other.chi2 else other for one, other in zip(some, others, strict=True)]
 
 
 def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:

@@ -80,7 +80,7 @@ class DriveLine(Law):
     the integral of the speed error, where there is an integral_gain.
 
     Servos, where nothing is between: effort = speed_gain (w_set - w), w_set = set speed (1 - sag effort/max_torque). Torque drives: the set
-    value over 1 + sag |value|/max_torque. Both within max_torque/(1 + sag), and less max_torque w/w_0 for the back-EMF.
+    value over 1 + sag |value|/max_torque. Both end at max_torque/(1 + sag), less max_torque w/w_0 for the back-EMF.
     """
 
     def __init__(self, drive: Drive, line: Line, scenario: Scenario, inertia: float) -> None:
@@ -129,27 +129,26 @@ class DriveLine(Law):
         position, speed = moment.position(self.target), moment.speed(self.target)
         if self._sprung:
             effort = self._through_transmission(value, position, speed, state[place:], rates[place:])
-        elif self._torque:
-            back = self.drive.max_torque * self.line.slope * speed
-            value /= 1.0 + self.line.sag * abs(value) / self.drive.max_torque
-            effort = within(value, -self._most - back, self._most - back)
         else:
-            wanted = self._set_speed(value, position)
-            effort = self._servo(wanted, speed, state, rates)
-            effort -= self.drive.max_torque * self.line.slope * speed
+            back = self.drive.max_torque * self.line.slope * speed
+            if self._torque:
+                asked = value / (1.0 + self.line.sag * abs(value) / self.drive.max_torque)
+            else:
+                asked = self._servo(self._set_speed(value, position), speed, back, state, rates)
+            effort = within(asked, -self._most - back, self._most - back)
         moment.add_effort(self.target, effort)
         moment.drive_effort[self.target] = effort
         return rates
 
-    def _servo(self, wanted: float, speed: float, state: Array, rates: Array) -> float:
+    def _servo(self, wanted: float, speed: float, back: float, state: Array, rates: Array) -> float:
         droop = self.line.sag * abs(wanted) / self.drive.max_torque
         effort = self._gain * (wanted - speed)
         if self.drive.integral_gain:
             effort += self.drive.integral_gain * state[-1]
         effort /= 1.0 + self._gain * droop
-        if self.drive.integral_gain and abs(effort) < self._most:
+        if self.drive.integral_gain and abs(effort + back) < self._most:
             rates[-1] = wanted - speed
-        return within(effort, -self._most, self._most)
+        return effort
 
     def _through_transmission(self, value: float, position: float, speed: float, state: Array, rates: Array) -> float:
         """Effort of spring and damper between motor and joint; where there is play, of the tooth that touches, which only pushes."""

@@ -50,7 +50,7 @@ class Drives:
     it does before t = 0. position drive : holds the speed position_gain (set - q), within max_speed. Without a speed_gain a servo of gain
     ``SERVO``.
 
-    motor_lag : x' = (set - x)/T. motor_saturation : the torque-speed line is max_torque less max_torque w/w_0, which every effort loses.
+    motor_lag : x' = (set - x)/T. motor_saturation : efforts end at max_torque (1 - w/w_0).
     supply_sag : the set speed falls to set (1 - sag tau/max_torque), the largest effort to max_torque/(1 + sag). joint_elasticity,
     backlash : the controller sees the motor; the joint feels k d + c d' beyond the play, d = motor angle - q, at the end of the step.
 
@@ -73,6 +73,7 @@ class Drives:
         self._most = self._most / (1 + self._sag)
         compliance, self._gap = np.array([line.compliance for line in lines]), np.array([line.gap for line in lines])
         self._loose = (compliance > 0) | (self._gap > 0)
+        self._back = np.where(self._loose, 0.0, self._back)  # behind a transmission the line is that of the motor, and is not modelled
         self._stiffness = 1 / np.where(compliance > 0, compliance, TEETH)
         self._damping = np.array([line.damping for line in lines])
         self._droop = self._sag / np.array([d.max_torque for d in drives])
@@ -110,16 +111,16 @@ class Drives:
             chord = np.where(self._loose, np.where(bent != 0, slope / (1 + slope * give), 0.0), chord)
         given = self._torque & (not hold)
         back = self._back * speed
-        effort = np.where(given, np.clip(target, -self._most - back, self._most - back), np.clip(wanted, -self._most, self._most) - back)
-        held = self._most / np.maximum(np.abs(error), 1e-12)
-        return effort, np.where(given, 0.0, np.where(np.abs(wanted) <= self._most, chord, held)) + self._back
+        asked = np.where(given, target, wanted)
+        effort = np.clip(asked, -self._most - back, self._most - back)
+        held = np.where(given, 0.0, self._most / np.maximum(np.abs(error), 1e-12)) + self._back
+        return effort, np.where(np.abs(asked + back) > self._most, held, np.where(given, 0.0, chord))
 
     def advance(self, target: Array, speed: Array, effort: Array, step: float, hold: bool) -> None:
         """Integrals of the speed errors, and motors, after a step [s] that ended with these speeds and efforts."""
-        pulled = effort + self._back * speed
-        free = np.abs(pulled) < (1 - 1e-9) * self._most
+        free = np.abs(effort + self._back * speed) < (1 - 1e-9) * self._most
         gain = self._gain + step * self._integral_gain
-        led = target + self._integral_gain * self._integral / gain - pulled * (1 / gain + self._droop * np.abs(target))
+        led = target + self._integral_gain * self._integral / gain - effort * (1 / gain + self._droop * np.abs(target))
         motor = np.where(self._loose & free, led, speed)
         self._twist = self._twist + np.where(self._loose, step * (motor - speed), 0.0)
         if not hold:
