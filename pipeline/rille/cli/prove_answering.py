@@ -84,7 +84,9 @@ def _ok(took: "Stay") -> bool:
 def _kept(answer: Mapping[str, Any]) -> dict[str, Any]:
     """The answer without what only its own page needs: curves, texts of maneuvers."""
     kept: dict[str, Any] = {name: answer[name] for name in KEPT}
-    kept["ranked"] = [entry for k, entry in enumerate(answer["ranked"]) if k < MOST_RANKED or entry["group"] == answer["ranked"][0]["group"]]
+    kept["ranked"] = [
+        entry for k, entry in enumerate(answer["ranked"]) if k < MOST_RANKED or entry["group"] == answer["ranked"][0]["group"]
+    ]
     kept["location"] = {name: answer["location"][name] for name in ("shape", "targets", "sentence")}
     kept["proof"] = {k: v for k, v in answer["proof"].items() if k not in ("channels", "ablation")} if answer["proof"] else None
     kept["experiments"] = [{"name": one["name"], "sentence": one["sentence"]} for one in answer["experiments"]]

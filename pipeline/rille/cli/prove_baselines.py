@@ -145,3 +145,21 @@ def _tuned(training: _Side, held_out: _Side) -> BaselineAnswer:
     before, after = held_out.chi2(()), held_out.chi2(setting(tuned.values))
     total = np.array([degrees.sum()])
     return named(numbers, tuned, (before, total), (after, total))
+
+
+def main() -> None:
+    """Answers for the recordings of a database as JSON on stdout: ``python -m rille.cli.prove_baselines MODEL.db``, run in a trial's room."""
+    import json
+    import sys
+
+    from rille import store
+    from rille.cli.prove_answering import HELD_OUT
+
+    database = Path(sys.argv[1])
+    names = store.recording_names(database)
+    answers = answer_baselines(database, [name for name in names if name != HELD_OUT], [HELD_OUT])
+    print(json.dumps({name: answer.as_json() for name, answer in answers.items()}))
+
+
+if __name__ == "__main__":
+    main()

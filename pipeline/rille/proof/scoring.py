@@ -28,6 +28,7 @@ SYNONYMS: Mapping[tuple[str, str], tuple[str, ...]] = {
     ("parameter", "frictional_modulus"): ("stiffness",),  # of both moduli; the cohesive one is small in these soils
     ("effect", "exit_angle"): ("exit_sinkage_ratio",),  # a change of lambda, as effect or as number
 }
+BASELINES = ("sindy", "gaussian_process", "tuning")
 EVERYWHERE = ("world", "terrain", "soil", "machine")
 LOG = "log_factor"  # number of an answer that is the logarithm of a factor
 
@@ -137,7 +138,21 @@ def score_answer(truth: Json, answer: Answer) -> dict[str, Any]:
     """Scores of all that was said of a trial, as plain JSON values: of the diagnosis, and of each baseline by its name."""
     said = json.loads(answer.text) if answer.status == "done" else {}
     scores = {"diagnosis": score(truth, said.get("diagnosis"), answer.status, answer.seconds).as_json()}
-    return scores | {name: score(truth, one).as_json() for name, one in said.items() if name != "diagnosis" and isinstance(one, Mapping)}
+    return scores | {name: score(truth, _as_answer(one)).as_json() for name, one in said.items() if name in BASELINES}
+
+
+def _as_answer(said: Json) -> Json:
+    """What a baseline said, in the words of a diagnosis."""
+    name = said["name"]
+    causes = {"effect": "named", "parameter": "parameter", "sensor": "sensor_fault"}
+    verdict = causes[name["cause"]] if name is not None else "unknown" if said["differs"] else "nothing_missing"
+    ranked = []
+    if name is not None:
+        hypothesis = {**name, "target_kind": "", "free": [], "fixed": {}}
+        term = {"term": {"hypothesis": hypothesis, "values": []}, "estimates": []}
+        ranked = [{"terms": [term], "title": f"{name['kind']} of {name['target']}", "group": 0, "probability": None}]
+    proof = {"gap_closed": said["gap_closed"]}
+    return {"verdict": verdict, "ranked": ranked, "groups": [], "location": {"targets": []}, "proof": proof}
 
 
 def same(term: Json, piece: Json) -> bool:
@@ -203,6 +218,8 @@ def relative_error(term: Json, piece: Json) -> float:
 def _change(term: Json, piece: Json, value: float | None = None) -> float:
     """Relative change of a number of the model that a term says; value : of its free number, instead of the estimate."""
     hypothesis = term["term"]["hypothesis"]
+    if not hypothesis["free"]:  # a baseline's
+        return NAN
     free = hypothesis["free"][0]
     said = _numbers(term)[free["name"]] if value is None else value
     if hypothesis["kind"] == "mass_change":
@@ -219,7 +236,7 @@ def _covered(term: Json, piece: Json) -> float:
     estimates = {e["name"]: e for e in term["estimates"]}
     inside = []
     if piece["cause"] == "parameter":
-        e = estimates.get(term["term"]["hypothesis"]["free"][0]["name"])
+        e = estimates.get(term["term"]["hypothesis"]["free"][0]["name"]) if estimates else None
         if e is not None and e["low"] is not None and e["high"] is not None:
             ends = sorted(_change(term, piece, _number(e[end])) for end in ("low", "high"))
             inside.append(ends[0] <= piece["numbers"][piece["kind"]] <= ends[1])

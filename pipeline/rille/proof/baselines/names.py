@@ -11,8 +11,10 @@ own angular momentum, ``axis/B/xx`` rotation matrices, row by row, ``swing/B/xx`
 ``slip_angle``, and ``simulated/R`` of responses.
 """
 
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ SOFT = 0.02  # of usual speeds: sign(w) is tanh(w/w0)
 STICKING = 0.1  # of usual speeds, in which static friction acts
 CYCLES = (2, 3, 4, 5, 6, 8, 10, 12, 16)  # per turn, of ripple
 AXES = "xyz"
+LEAST_GAP = 0.05  # of R above the floor: the share that is closed of less than that is chance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +56,13 @@ class BaselineAnswer:
     after: float
     gap_closed: float
     detail: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain JSON values, as the ledger keeps them; null for what is not known, and for a G of a gap that is none."""
+        numbers = {"number": self.number, "before": self.before, "after": self.after}
+        numbers["gap_closed"] = self.gap_closed if self.before > 1.0 + LEAST_GAP else math.nan
+        told = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
+        return {"name": asdict(self.name) if self.name is not None else None, "differs": self.differs, "detail": self.detail, **told}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
