@@ -42,29 +42,29 @@ app = typer.Typer(
 def run(
     beacon: Annotated[str, typer.Option(help="Sentence from which every trial is drawn: another sentence, other trials.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder; default: proof-DIGEST of the beacon.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="20 trials, no rover, instead of 330.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="20 strong trials of three small machines instead of 330.")] = False,
     machines: Annotated[str, typer.Option(help="Only these machines, with commas.")] = "",
     workers: Annotated[int, typer.Option(help="Trials at a time on this machine.", min=1)] = 2,
-    cluster: Annotated[str | None, typer.Option(help="Address of a Dask scheduler that trials are spread over: tcp://HOST:8786.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Dask scheduler to spread trials over: tcp://HOST:8786.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Begin no trial after so long; the same command goes on later.")] = None,
     baselines: Annotated[bool, typer.Option(help="Ask SINDy, a Gaussian process and tuning of parameters, too.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Make, seal, answer, open and score the trials of a beacon. Ctrl-C loses at most the trials that are at work; the same command goes on.
+    """Make, seal, answer, open and score the trials of a beacon. Ctrl-C loses what is at work; the same command goes on.
 
     Writes ledger.db (which `rille prove verify` checks), table.md, table.json and report.html into the folder. About 4 hours on 2 cores,
-    --quick about 5 minutes.
+    --quick about 4 minutes.
 
     Example: rille prove run --beacon "headline of tomorrow's paper" -o proof
     Example: rille prove --beacon "rille" --quick --machines pendulum,arm -o proof
     """
     from rille.cli.prove_run import LEDGER, prove
     from rille.model import InputRefused, nearest_names
-    from rille.proof.trials import FULL, QUICK, SHARES
+    from rille.proof.trials import FULL, QUICK, QUICK_MACHINES, SHARES
 
     if not beacon.strip():
         raise InputRefused("--beacon is empty; give any sentence")
-    known = tuple(m for m in SHARES if not (quick and m == "rover"))
+    known = QUICK_MACHINES if quick else tuple(SHARES)
     chosen = tuple(word.strip() for word in machines.split(",") if word.strip()) or known
     for name in chosen:
         if name not in SHARES:

@@ -148,7 +148,7 @@ def _tuned(training: _Side, held_out: _Side) -> BaselineAnswer:
 
 
 def main() -> None:
-    """Answers for the recordings of a database as JSON on stdout: ``python -m rille.cli.prove_baselines MODEL.db``, run in a trial's room."""
+    """Answers for the recordings of a database as JSON on stdout, in a trial's room: ``python -m rille.cli.prove_baselines MODEL.db``."""
     import json
     import sys
 

@@ -65,7 +65,7 @@ def prove(
     return True
 
 
-def _require_same(folder: Path, beacon: str, counts: Mapping[str, int], machines: Sequence[str]) -> None:
+def _require_same(folder: Path, beacon: str, counts: "Mapping[Sort, int]", machines: Sequence[str]) -> None:
     """The folder is new, or of this very proof."""
     from rille.model import InputRefused
 
@@ -177,7 +177,7 @@ def _make(pool: Executor, folder: Path, trials: "Sequence[Trial]", until: float)
 # --- sealed
 
 
-def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, counts: Mapping[str, int]) -> None:
+def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, counts: "Mapping[Sort, int]") -> None:
     """Truths and nonces into the vault, seals and Merkle root into a new ledger."""
     import rille
     from rille import store

@@ -109,11 +109,20 @@ def hidden_effect(machine: Machine, kind: EffectKind, target: str, rng: np.rando
     fixed |= {name: value for name, value in _situated(machine, kind, rng).items() if name in fixed}
     if kind.name == "external_pulse":  # a push: a force, seldom a moment too
         direction = {name: value if name.startswith("force") else 0.0 for name, value in direction.items()}
+    if kind.name == "com_offset":
+        direction = {name: 0.0 if k == _flat_axis(machine) else value for k, (name, value) in enumerate(direction.items())}
     bounds = [(p.upper if direction[p.name] > 0 else -p.lower) / abs(direction[p.name]) for p in amplitudes if direction[p.name]]
     most = min(bounds, default=1.0)
     return Hidden(
         cause=cause, kind=kind.name, target=target, direction=direction, fixed=fixed, first=min(0.3, 0.3 * most), most=0.95 * most
     )
+
+
+def _flat_axis(machine: Machine) -> int | None:
+    """Number of the axis across the plane in which a machine that the world holds moves: no offset along it changes anything; None."""
+    axes = {tuple(np.abs(joint.axis).tolist()) for joint in machine.rover.joints}
+    held = any(joint.parent is None for joint in machine.rover.joints)
+    return next((k for k in range(3) if axes == {tuple(np.eye(3)[k].tolist())}), None) if held else None
 
 
 def _drawn_amplitude(p: EffectParameter, rng: np.random.Generator) -> float:

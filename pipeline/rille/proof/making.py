@@ -111,7 +111,7 @@ def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden,
     laws = [law for hidden, size in concealed for law in hidden.laws(size)]
     seed = crc32(f"{drawn.trial.random('noise').integers(1 << 62)}/{scenario.name}".encode())
     if sensors is None:
-        rng = np.random.default_rng([drawn.trial.random("maneuver").integers(1 << 31), crc32(scenario.name.encode())])
+        rng = np.random.default_rng([int(drawn.trial.random("maneuver").integers(1 << 31)), crc32(scenario.name.encode())])
         return points_recording(machine, scenario.name, laws, rng, np.random.default_rng(seed))
     when = sampling(sensors, scenario.duration, seed)
     truth = simulate(machine, replace(scenario, gravity=machine.gravity), laws, readings(sensors, when))

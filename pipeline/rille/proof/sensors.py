@@ -114,7 +114,7 @@ def _rows(machine: Machine) -> list[Row]:
     if machine.rover.wheels:
         for drive in machine.rover.drives:
             kinds = WHEEL_ROWS if drive.mode == "speed" else WHEEL_ROWS[:1]
-            rows += [(quantity, drive.joint, *rest) for quantity, _, *rest in kinds]  # type: ignore[misc]
+            rows.extend((row[0], drive.joint, *row[2:]) for row in kinds)
     return rows
 
 

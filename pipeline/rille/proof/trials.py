@@ -29,7 +29,8 @@ Sort = Literal["one", "two", "outside", "parameter", "sensor", "nothing"]
 SORTS: tuple[Sort, ...] = get_args(Sort)
 FULL: Mapping[Sort, int] = {"one": 100, "two": 40, "outside": 30, "parameter": 40, "sensor": 30, "nothing": 90}
 QUICK: Mapping[Sort, int] = {"one": 7, "two": 2, "outside": 2, "parameter": 2, "sensor": 2, "nothing": 5}
-STRENGTHS = (0.5, 1.0, 2.0, 5.0)  # times the noise floor
+QUICK_MACHINES = ("pendulum", "free_body", "bench")
+STRENGTHS, STRONG = (0.5, 1.0, 2.0, 5.0), (2.0, 5.0)  # times the noise floor; those of a quick look
 TRAINING, HELD_OUT = ("training_1", "training_2"), ("held_out",)
 SHARES: Mapping[str, float] = {"pendulum": 0.28, "arm": 0.27, "free_body": 0.2, "bench": 0.15, "rover": 0.1}  # of the trials
 
@@ -60,13 +61,14 @@ class Trial:
 def plan(beacon: str, counts: Mapping[Sort, int] = FULL, machines: Sequence[str] = tuple(SHARES)) -> tuple[Trial, ...]:
     """The trials of a beacon, in the order in which they are answered: at random, so that a part of them is a fair sample."""
     rng = np.random.default_rng(_number(beacon, "plan"))
+    strengths = STRONG if counts is QUICK else STRENGTHS
     drawn: list[tuple[Sort, str, float]] = []
     for sort in SORTS:
         fitting = [m for m in machines if m in MACHINES_OF.get(sort, tuple(SHARES))]
         shares = np.array([SHARES[m] for m in fitting])
         for k in range(counts.get(sort, 0)):
             machine = str(rng.choice(fitting, p=shares / shares.sum()))
-            drawn.append((sort, machine, 0.0 if sort == "nothing" else STRENGTHS[k % len(STRENGTHS)]))
+            drawn.append((sort, machine, 0.0 if sort == "nothing" else strengths[k % len(strengths)]))
     order = rng.permutation(len(drawn))
     return tuple(
         Trial(number=n, sort=drawn[k][0], machine=drawn[k][1], strength=drawn[k][2], beacon=beacon) for n, k in enumerate(order.tolist())

@@ -61,8 +61,8 @@ class BaselineAnswer:
         """Plain JSON values, as the ledger keeps them; null for what is not known, and for a G of a gap that is none."""
         numbers = {"number": self.number, "before": self.before, "after": self.after}
         numbers["gap_closed"] = self.gap_closed if self.before > 1.0 + LEAST_GAP else math.nan
-        told = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
-        return {"name": asdict(self.name) if self.name is not None else None, "differs": self.differs, "detail": self.detail, **told}
+        told = {name: float(value) if math.isfinite(value) else None for name, value in numbers.items()}
+        return {"name": asdict(self.name) if self.name is not None else None, "differs": bool(self.differs), "detail": self.detail, **told}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
