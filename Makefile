@@ -113,7 +113,7 @@ bench-diagnosis: build  ## diagnose recordings with one known thing wrong: confu
 
 # Another sentence draws other trials. Both go on where they were interrupted; remove the folder to begin anew.
 BEACON ?= rille
-demo-proof: build  ## 20 sealed trials of an independent generator: concealed, diagnosed, opened, scored, verified (BEACON="any sentence")
+demo-proof: build  ## 16 sealed trials of an independent generator: concealed, diagnosed, opened, scored, verified (BEACON="any sentence")
 	@$(BIN)/rille prove --beacon "$(BEACON)" --quick -o $(OUT)/demo-proof
 	$(BIN)/rille prove verify $(OUT)/demo-proof/ledger.db
 

@@ -42,7 +42,7 @@ app = typer.Typer(
 def run(
     beacon: Annotated[str, typer.Option(help="Sentence from which every trial is drawn: another sentence, other trials.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder; default: proof-DIGEST of the beacon.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="20 strong trials of three small machines instead of 330.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="16 strong trials of three small machines instead of 330.")] = False,
     machines: Annotated[str, typer.Option(help="Only these machines, with commas.")] = "",
     workers: Annotated[int, typer.Option(help="Trials at a time on this machine.", min=1)] = 2,
     cluster: Annotated[str | None, typer.Option(help="Dask scheduler to spread trials over: tcp://HOST:8786.")] = None,

@@ -87,7 +87,8 @@ def _lying(sensor: Sensor, kind: str, value: float) -> Sensor:
 SHAPES = ("stiffness", "damping", "rotor_inertia", "damping_ratio", "seed", "reference_speed", "reference_width")  # stay as they are
 # Where the usual values of the catalogue do not fit machines of this size: kind -> parameter -> value.
 OWN: Mapping[str, Mapping[str, float]] = {
-    "backlash": {"stiffness": 2000.0, "damping": 1.0},
+    "backlash": {"stiffness": 2000.0, "damping": 1.0, "rotor_inertia": 1e-6},
+    "joint_elasticity": {"rotor_inertia": 1e-6},  # light: what is concealed is the spring, not an inertia
     "rate_dependence": {"reference_speed": 0.1},
 }
 
@@ -199,10 +200,14 @@ WRONG_NUMBERS: Mapping[str, tuple[tuple[str, str], ...]] = {  # machine -> (numb
 }
 
 
+FARTHEST_OFF = {"gravity": 0.1}  # relative; another planet is no wrong number
+
+
 def hidden_number(kind: str, target: str, rng: np.random.Generator) -> Hidden:
-    """A number of the model that is really larger or smaller, in proportion."""
+    """A number of the model that is really larger or smaller, in proportion; as far off as one may be without being noticed at a glance."""
     sign = float(rng.choice([-1.0, 1.0]))
-    return Hidden(cause="parameter", kind=kind, target=target, direction={kind: sign}, first=0.05, most=0.8 if sign < 0 else 4.0)
+    most = FARTHEST_OFF.get(kind, 0.5 if sign < 0 else 1.0)
+    return Hidden(cause="parameter", kind=kind, target=target, direction={kind: sign}, first=0.05, most=most)
 
 
 def same_thing(one: Hidden, other: Hidden) -> bool:

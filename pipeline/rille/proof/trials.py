@@ -28,7 +28,7 @@ from rille.proof.sensors import Sensors, draw_sensors
 Sort = Literal["one", "two", "outside", "parameter", "sensor", "nothing"]
 SORTS: tuple[Sort, ...] = get_args(Sort)
 FULL: Mapping[Sort, int] = {"one": 100, "two": 40, "outside": 30, "parameter": 40, "sensor": 30, "nothing": 90}
-QUICK: Mapping[Sort, int] = {"one": 7, "two": 2, "outside": 2, "parameter": 2, "sensor": 2, "nothing": 5}
+QUICK: Mapping[Sort, int] = {"one": 6, "two": 1, "outside": 1, "parameter": 2, "sensor": 2, "nothing": 4}
 QUICK_MACHINES = ("pendulum", "free_body", "bench")
 STRENGTHS, STRONG = (0.5, 1.0, 2.0, 5.0), (2.0, 5.0)  # times the noise floor; those of a quick look
 TRAINING, HELD_OUT = ("training_1", "training_2"), ("held_out",)

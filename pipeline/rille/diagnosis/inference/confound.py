@@ -144,8 +144,9 @@ def _one_group(scores: Scores, best: int, i: int) -> bool:
 
 
 def _belongs(i: int, head: int, scores: Scores, fitted: Sequence[Fitted]) -> bool:
-    """Whether i is of the group of a head."""
-    return scores.ahead[head, i] <= TIED if _far_fetched(fitted[i - 1]) else _one_group(scores, head, i)
+    """Whether i is of the group of a head. Of two that are far-fetched neither has less to prove."""
+    less = _far_fetched(fitted[i - 1]) and not _far_fetched(fitted[head - 1])
+    return scores.ahead[head, i] <= TIED if less else _one_group(scores, head, i)
 
 
 def _far_fetched(one: Fitted) -> bool:
