@@ -1,0 +1,122 @@
+"""``rille prove`` as a user runs it: made, sealed, answered, opened, scored, verified; stopped and gone on with; tampered with, refused."""
+
+import json
+import shutil
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from rille import store
+from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, prove
+
+RILLE = Path(sys.executable).parent / "rille"
+COUNTS = {"one": 1, "nothing": 1}
+
+
+def rille(*words):
+    """Exit code, stdout and stderr."""
+    done = subprocess.run([RILLE, *map(str, words)], capture_output=True, text=True, timeout=300, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def go_on(folder, until=float("inf")):
+    """The proof in a folder, as far as time allows."""
+    return prove(folder, "a test", COUNTS, ("pendulum",), workers=2, cluster=None, baselines=True, until=until)
+
+
+@pytest.fixture(scope="module")
+def proof(tmp_path_factory):
+    """A finished proof of two trials, which was stopped before the first one and went on."""
+    folder = tmp_path_factory.mktemp("proof") / "p"
+    assert not go_on(folder, until=0.0)
+    assert go_on(folder)
+    return folder
+
+
+def test_every_trial_is_answered_opened_and_scored(proof):
+    held = store.read_ledger(proof / "ledger.db")
+    assert len(held.trials) == len(held.answers) == len(held.truths) == len(held.scores) == 2
+    assert {a.status for a in held.answers} == {"done"}
+    assert {json.loads(t.text)["sort"] for t in held.truths} == {"one", "nothing"}
+    said = json.loads(held.answers[0].text)
+    assert {"diagnosis", "sindy", "gaussian_process", "tuning"} <= set(said)
+
+
+def test_the_room_holds_nothing_of_the_truth(proof):
+    """Only base model, recordings and manifests; no file of it has the name of the law or of the sort of trial."""
+    truths = {t.trial: json.loads(t.text) for t in store.read_ledger(proof / "ledger.db").truths}
+    for number, truth in truths.items():
+        names = {file.name for file in (proof / ROOMS / f"{number:03d}").iterdir()}
+        assert names == {"model.db", *(f"{n}.{e}" for n in ("training_1", "training_2", "held_out") for e in ("parquet", "toml"))}
+        words = [piece["kind"] for piece in truth["pieces"]]
+        manifest = (proof / ROOMS / f"{number:03d}/training_1.toml").read_text()
+        assert not [word for word in words if word in manifest]
+    assert (proof / VAULT).stat().st_mode & 0o777 == 0o600
+    assert not (proof / TRUTHS).exists()
+
+
+def test_it_verifies_and_the_table_is_made_again(proof, tmp_path):
+    code, out, _ = rille("prove", "verify", proof / "ledger.db")
+    assert code == 0
+    assert "every seal, answer and score holds" in out
+    code, out, _ = rille("prove", "table", proof / "ledger.db", "-o", tmp_path)
+    assert code == 0
+    assert "| one effect |" in out
+    numbers = json.loads((tmp_path / "table.json").read_text())
+    assert numbers["trials"] == 2
+    assert "<html" in (tmp_path / "report.html").read_text()[:200]
+
+
+def test_another_root_than_the_announced_one_is_no_proof(proof):
+    code, out, _ = rille("prove", "verify", proof / "ledger.db", "--root", "00" * 32)
+    assert code == 5
+    assert "announced was 0000" in out
+
+
+def test_an_edited_answer_is_found(proof, tmp_path):
+    path = tmp_path / "ledger.db"
+    shutil.copy(proof / "ledger.db", path)
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("DROP TRIGGER answer_stays")
+        connection.execute("UPDATE answer SET answer = replace(answer, 'nothing_missing', 'named') WHERE answer LIKE '%nothing_missing%'")
+        connection.commit()
+    code, out, _ = rille("prove", "verify", path)
+    assert code == 5
+    assert "was edited" in out
+
+
+def test_a_trial_can_be_made_again_to_look_at(proof, tmp_path):
+    held = store.read_ledger(proof / "ledger.db")
+    number = next(t.trial for t in held.truths if json.loads(t.text)["sort"] == "nothing")
+    folder = tmp_path / "again"
+    code, out, _ = rille("prove", "trial", proof / "ledger.db", number, "-o", folder)
+    assert code == 0
+    assert "nothing at 0 times the noise" in out
+    first = (proof / ROOMS / f"{number:03d}/training_1.toml").read_bytes()
+    assert (folder / "training_1.toml").read_bytes() == first
+    assert json.loads((folder / "truth.json").read_text())["pieces"] == []
+
+
+def test_a_folder_of_another_beacon_is_refused(proof):
+    code, _, err = rille("prove", "--beacon", "another", "--quick", "-o", proof)
+    assert code == 3
+    assert "holds the trials of the beacon 'a test'" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("prove", "--beacon", " "), "--beacon is empty"),
+        (("prove", "--beacon", "b", "--machines", "pendulm", "-o", "x"), "pendulum"),
+        (("prove", "verify", "no.db"), "there is no ledger"),
+        (("prove", "table", "no.db", "-o", "nowhere"), "there is no folder"),
+    ],
+)
+def test_wrong_use_is_told(words, says):
+    code, _, err = rille(*words)
+    assert code == 3
+    assert says in err
