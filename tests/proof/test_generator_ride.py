@@ -180,6 +180,8 @@ def test_laws_of_joints_and_bodies_act_on_a_rover(bare, coarse, solver, kind, ta
     %).
     """
     effect = typical(kind, target)
+    if kind == "motor_saturation":  # the usual motor is faster than these wheels: nothing would happen
+        effect = replace(effect, parameters={"inverse_no_load_speed": 0.6})
     ours, theirs = np.array(ride(MACHINE, SCENARIO, (effect,), READINGS, step=2e-3)) - coarse, solver(SCENARIO, (effect,)) - bare[1]
     for group in ("position", "velocity", "speed"):
         assert rms(part(ours, group) - part(theirs, group)) < 0.03 * rms(part(theirs, group)), group

@@ -113,7 +113,7 @@ def wilson(right: int, n: int) -> tuple[float, float]:
         return float("nan"), float("nan")
     z, p = 1.96, right / n
     middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return float((middle - half) / (1 + z * z / n)), float((middle + half) / (1 + z * z / n))
+    return max(0.0, float((middle - half) / (1 + z * z / n))), min(1.0, float((middle + half) / (1 + z * z / n)))
 
 
 def _stated(lines: Sequence[Line]) -> list[tuple[float, bool]]:

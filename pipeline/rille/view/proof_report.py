@@ -109,12 +109,18 @@ def _calibration(numbers: Mapping[str, Any]) -> str:
     return figure(
         "reliability",
         [even, points],
-        {"xaxis": {"title": "stated probability", "range": [0, 1.02]}, "yaxis": {"title": "share that was right", "range": [0, 1.05]}},
+        {
+            "xaxis": {"title": {"text": "stated probability"}, "range": [0, 1.02]},
+            "yaxis": {"title": {"text": "share that was right"}, "range": [0, 1.05]},
+        },
         caption="Stated probability of the named group, and how often the truth was in it (larger points: more trials).",
     ) + figure(
         "risk",
         [risk],
-        {"xaxis": {"title": "share of trials that were named", "range": [0, 1]}, "yaxis": {"title": "share of them that is wrong"}},
+        {
+            "xaxis": {"title": {"text": "share of trials that were named"}, "range": [0, 1]},
+            "yaxis": {"title": {"text": "share of them that is wrong"}},
+        },
         caption="Risk and coverage: if only the surest names were given, how many of them would be wrong.",
     )
 

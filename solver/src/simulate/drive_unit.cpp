@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace rille {
 namespace {
@@ -10,8 +11,8 @@ namespace {
 // matrix stays well conditioned.
 constexpr double kRigidity = 1e7;
 
-// Share of a servo's weight that is left where its gain is below the slope of the motor's torque-speed line.
-constexpr double kLeast = 1e-6;
+// Share of a servo's weight by which it must be steeper than the motor's torque-speed line to be taken so.
+constexpr double kLeast = 1e-3;
 
 }  // namespace
 
@@ -80,15 +81,31 @@ void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, R
     const double droop = line_.sag * std::abs(speed) / (h * drive_->max_torque);  // [speed per impulse]
     return weight / (1 + weight * droop);
   };
-  // Torque-speed line: the effort ends at most - emf w, the back-EMF being a viscous row of its own. What it takes off below the limit the
-  // servo gives on top, so that together they are the servo's own law there: weight' (target' - w) - emf w = weight (target - w).
+  // Torque-speed line: efforts end at +-most - emf w. Where the servo is steeper than the line, a viscous row stands for the back-EMF, and
+  // the servo, which ends at +-most, gives on top what that takes off: weight' (target' - w) - emf w = weight (target - w). Where the line
+  // is steeper, two one-sided rows take off what the servo asks for beyond it.
   const double emf = h * drive_->max_torque * line_.inverse_no_load_speed;
   const auto servo = [&](double weight, double target) {
-    const double left = std::max(weight - emf, kLeast * weight);
-    Row& row = open(left);
-    row.target = weight / left * target;
-    row.lower = -most;
-    row.upper = most;
+    const double left = weight - emf;
+    if (left > kLeast * weight) {
+      Row& row = open(left);
+      row.target = weight / left * target;
+      row.lower = -most;
+      row.upper = most;
+      if (emf > 0) open(emf);
+      return;
+    }
+    constexpr double kFree = std::numeric_limits<double>::infinity();
+    const auto add = [&](double row_weight, double row_target, double lower, double upper) {
+      Row& row = open(row_weight);
+      row.target = row_target;
+      row.lower = lower;
+      row.upper = upper;
+    };
+    const double steeper = std::max(-left, kLeast * weight);
+    add(weight, target, -kFree, kFree);
+    add(steeper, (most - weight * target) / steeper, -kFree, 0);
+    add(steeper, -(most + weight * target) / steeper, 0, kFree);
   };
   if (drive_->speed_gain) {
     const double gain = *drive_->speed_gain + h * drive_->integral_gain;
@@ -96,7 +113,6 @@ void DriveUnit::open_servo(const Mechanism& mechanism, double h, double speed, R
   } else {
     servo(sagging(kRigidity * mechanism.mass_matrix()(dof_, dof_)), speed);
   }
-  if (emf > 0) open(emf);
 }
 
 // Spring and damper between motor (angle p) and joint (angle q), over one step with the next velocities:
