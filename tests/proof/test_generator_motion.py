@@ -10,9 +10,9 @@ from rille.model import Command, Drive, Effect, InitialJointState, InputRefused,
 from rille.proof.generator import simulate
 from rille.proof.generator.mechanism import Mechanism
 from rille.proof.generator.reading import Reading
-from rille.proof.machine import Machine
 from rille.proof.machines import MAKERS, box
 from rille.proof.maneuvers import maneuver
+from rille.proof.subject import Subject
 from rille.simulate.recorder import Wanted, record
 
 INERTIA = 0.02  # [kg m^2] of the flywheel about its axis
@@ -79,7 +79,7 @@ def test_gears_and_differentials_hold_along_any_motion():
 # --- motion without drives
 
 
-def read(machine: Machine, scenario: Scenario, laws: Sequence[Effect], *wanted: tuple[str, str, str], times=TIMES) -> list[np.ndarray]:
+def read(machine: Subject, scenario: Scenario, laws: Sequence[Effect], *wanted: tuple[str, str, str], times=TIMES) -> list[np.ndarray]:
     """Values of (quantity, target, component) in W at ``times``."""
     return simulate(machine, scenario, laws, [Reading(quantity=q, target=t, component=c, frame="world", times=times) for q, t, c in wanted])
 
@@ -87,7 +87,7 @@ def read(machine: Machine, scenario: Scenario, laws: Sequence[Effect], *wanted: 
 def test_a_free_body_keeps_energy_and_momenta():
     """No gravity, no drive: the flywheel on its skew axis only passes momentum to and fro."""
     machine, mechanism, _, _ = moving("free_body")
-    still = Machine(name="free_body", rover=machine.rover, gravity=(0, 0, 0), duration=2.0)
+    still = Subject(name="free_body", rover=machine.rover, gravity=(0, 0, 0), duration=2.0)
     scenario = Scenario(
         name="thrown",
         duration=2.0,
@@ -167,7 +167,7 @@ def law(kind: str, target: str, **numbers: float) -> Effect:
     return Effect(kind=kind, target=target, parameters=numbers)
 
 
-def flywheel(mode: str = "torque", value: float = 0.0, speed: float = 0.0, gravity=(0.0, 0.0, 0.0), **drive) -> tuple[Machine, Scenario]:
+def flywheel(mode: str = "torque", value: float = 0.0, speed: float = 0.0, gravity=(0.0, 0.0, 0.0), **drive) -> tuple[Subject, Scenario]:
     """A square plate on an upright axle of the world, with a drive that gets one command."""
     edge = float(np.sqrt(6 * INERTIA / MASS))
     rover = Rover(
@@ -182,10 +182,10 @@ def flywheel(mode: str = "torque", value: float = 0.0, speed: float = 0.0, gravi
         commands=(Command(drive="hub", time=0.0, value=value),),
         initial_states=(InitialJointState(joint="hub", velocity=speed),),
     )
-    return Machine(name="flywheel", rover=rover, gravity=gravity, duration=2.0), scenario
+    return Subject(name="flywheel", rover=rover, gravity=gravity, duration=2.0), scenario
 
 
-def cube(velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0), gravity=(0.0, 0.0, 0.0), place=(0.0, 0.0, 0.0)) -> tuple[Machine, Scenario]:
+def cube(velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0), gravity=(0.0, 0.0, 0.0), place=(0.0, 0.0, 0.0)) -> tuple[Subject, Scenario]:
     """A free cube."""
     rover = Rover(bodies=(box("cube", MASS, (0, 0, 0), (0.1, 0.1, 0.1)),))
     scenario = Scenario(
@@ -196,10 +196,10 @@ def cube(velocity=(0.0, 0.0, 0.0), spin=(0.0, 0.0, 0.0), gravity=(0.0, 0.0, 0.0)
         start_velocity=velocity,
         start_angular_velocity=spin,
     )
-    return Machine(name="cube", rover=rover, gravity=gravity, duration=2.0), scenario
+    return Subject(name="cube", rover=rover, gravity=gravity, duration=2.0), scenario
 
 
-def speeds(machine: Machine, scenario: Scenario, *laws: Effect) -> np.ndarray:
+def speeds(machine: Subject, scenario: Scenario, *laws: Effect) -> np.ndarray:
     return read(machine, scenario, laws, ("joint.velocity", "hub", ""))[0]
 
 

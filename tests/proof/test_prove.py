@@ -12,9 +12,10 @@ import pytest
 
 from rille import store
 from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, prove
+from rille.proof.trials import Extent
 
 RILLE = Path(sys.executable).parent / "rille"
-COUNTS = {"one": 1, "nothing": 1}
+TWO = Extent(counts={"one": 1, "nothing": 1}, machines=("pendulum",))
 
 
 def rille(*words):
@@ -25,7 +26,7 @@ def rille(*words):
 
 def go_on(folder, until=float("inf")):
     """The proof in a folder, as far as time allows."""
-    return prove(folder, "a test", COUNTS, ("pendulum",), workers=2, cluster=None, baselines=True, until=until)
+    return prove(folder, "a test", TWO, workers=2, cluster=None, baselines=True, until=until)
 
 
 @pytest.fixture(scope="module")

@@ -4,32 +4,26 @@ import hashlib
 import json
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
+from rille.cli.default_verb import RunByDefault
 from rille.cli.talk import Json, print_json, say
 
 if TYPE_CHECKING:
     from rille.model.ledger import Ledger
 
 NOT_PROVEN = 5
+NEEDS = ("mujoco", "numba", "pysindy", "sklearn")  # modules of the extra ``proof``
 FLAWS = 20  # that are shown
 
 
-class _Default(TyperGroup):
-    """Options before any verb are for ``run``."""
-
-    def parse_args(self, ctx, args: list[str]) -> list[str]:
-        if args and args[0].startswith("-") and args[0] != "--help":
-            args = ["run", *args]
-        return super().parse_args(ctx, args)
-
-
 app = typer.Typer(
-    cls=_Default,
+    cls=RunByDefault,
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Sealed trials: an independent generator makes recordings in which something is concealed, the truths are sealed,\n"
@@ -52,27 +46,31 @@ def run(
 ) -> None:
     """Make, seal, answer, open and score the trials of a beacon. Ctrl-C loses what is at work; the same command goes on.
 
-    Writes ledger.db (which `rille prove verify` checks), table.md, table.json and report.html into the folder. About 4 hours on 2 cores,
-    --quick about 4 minutes.
+    Writes ledger.db (which `rille prove verify` checks), table.md, table.json and report.html into the folder. The full set takes
+    hours on 2 cores, --quick about 4 minutes.
 
     Example: rille prove run --beacon "headline of tomorrow's paper" -o proof
     Example: rille prove --beacon "rille" --quick --machines pendulum,arm -o proof
     """
     from rille.cli.prove_run import LEDGER, prove
     from rille.model import InputRefused, nearest_names
-    from rille.proof.trials import FULL, QUICK, QUICK_MACHINES, SHARES
+    from rille.proof.trials import FULL, QUICK, SHARES
 
     if not beacon.strip():
         raise InputRefused("--beacon is empty; give any sentence")
-    known = QUICK_MACHINES if quick else tuple(SHARES)
-    chosen = tuple(word.strip() for word in machines.split(",") if word.strip()) or known
+    missing = [name for name in NEEDS if find_spec(name) is None]
+    if missing:
+        raise InputRefused(f"sealed trials need {', '.join(missing)}, which is not installed here; `pip install 'rille[proof]'`")
+    extent = QUICK if quick else FULL
+    chosen = tuple(word.strip() for word in machines.split(",") if word.strip()) or extent.machines
     for name in chosen:
         if name not in SHARES:
             raise InputRefused(f"--machines names '{name}', which is none; {nearest_names(name, list(SHARES))}")
     folder = output or Path(f"proof-{hashlib.sha256(beacon.encode()).hexdigest()[:8]}")
     until = time.monotonic() + 60 * minutes if minutes is not None else float("inf")
     try:
-        done = prove(folder, beacon, QUICK if quick else FULL, chosen, workers=workers, cluster=cluster, baselines=baselines, until=until)
+        extent = replace(extent, machines=chosen)
+        done = prove(folder, beacon, extent, workers=workers, cluster=cluster, baselines=baselines, until=until)
     except KeyboardInterrupt:
         say("finished trials are kept; the same command goes on")
         raise

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from rille.model.ledger import AnswerStatus
     from rille.proof.room import Stay
 
-MODEL, HELD_OUT = "model.db", "held_out"
 LIMIT = 1800.0  # [s] that an answer may take
 LAST_WORDS = 2000  # characters of a failure that are kept
 MOST_RANKED = 12
@@ -42,8 +41,10 @@ def answer_files(
 
     secrets : paths that the room must not reach. limit : [s].
     """
+    from rille.cli.prove_making import MODEL
     from rille.proof.room import stay
     from rille.proof.seal import canonical_json, files_digest
+    from rille.proof.trials import HELD_OUT
 
     rille = Path(sys.executable).parent / "rille"
     with tempfile.TemporaryDirectory(prefix="rille-trial-") as place:

@@ -153,7 +153,7 @@ def main() -> None:
     import sys
 
     from rille import store
-    from rille.cli.prove_answering import HELD_OUT
+    from rille.proof.trials import HELD_OUT
 
     database = Path(sys.argv[1])
     names = store.recording_names(database)

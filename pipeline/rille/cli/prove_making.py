@@ -1,7 +1,5 @@
 """Trials as files: what a room of a sealed trial holds, and how strong what is concealed is."""
 
-import contextlib
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,10 +60,8 @@ def make_room(drawn: "Drawn", folder: Path) -> "Made":
 
     folder.mkdir(parents=True, exist_ok=True)
     model = folder / MODEL
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        write_model(drawn, model)
-        made = make(drawn, excess_of(model))
-    write_model(drawn, model)  # as new: comparing leaves nothing behind, but nobody need believe that
+    write_model(drawn, model)
+    made = make(drawn, excess_of(model))
     for recording in made.recordings:
         write_recording(recording, folder, hides_noise=drawn.hides_noise)
     return made

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from rille.cli.talk import say
 if TYPE_CHECKING:
     from rille.cli.prove_answering import Given
     from rille.model.ledger import Ledger
-    from rille.proof.trials import Sort, Trial
+    from rille.proof.trials import Extent, Trial
 
 LEDGER, VAULT, ROOMS, TRUTHS, AGREEMENT = "ledger.db", "vault.json", "rooms", "truths", "agreement.json"
 PRIVATE = 0o600
@@ -26,8 +27,7 @@ Files = Mapping[str, bytes]
 def prove(
     folder: Path,
     beacon: str,
-    counts: "Mapping[Sort, int]",
-    machines: Sequence[str],
+    extent: "Extent",
     *,
     workers: int,
     cluster: str | None,
@@ -48,28 +48,28 @@ def prove(
     from rille.proof.trials import plan
 
     folder.mkdir(parents=True, exist_ok=True)
-    trials = plan(beacon, counts, machines)
-    _require_same(folder, beacon, counts, machines)
+    trials = plan(beacon, extent)
+    _require_same(folder, beacon, extent)
     ledger = folder / LEDGER
-    with _executor(workers, cluster) as pool:
+    with _opened_pool(workers, cluster) as pool:
         if not ledger.exists():
             if not _make(pool, folder, trials, until):
                 return False
-            _seal(folder, trials, beacon, counts)
+            _seal(folder, trials, beacon, extent)
         root = store.read_ledger(ledger).plan.root
         say(f"sealed: Merkle root {root}")
         if not _answer(pool, folder, until, baselines):
             return False
-        _agree(pool, folder, beacon, machines)
+        _agree(pool, folder, beacon, extent.machines)
     _open(folder)
     return True
 
 
-def _require_same(folder: Path, beacon: str, counts: "Mapping[Sort, int]", machines: Sequence[str]) -> None:
+def _require_same(folder: Path, beacon: str, extent: "Extent") -> None:
     """The folder is new, or of this very proof."""
     from rille.model import InputRefused
 
-    asked = {"beacon": beacon, "counts": {k: v for k, v in counts.items() if v}, "machines": list(machines)}
+    asked = {"beacon": beacon, "counts": dict(extent.counts), "machines": list(extent.machines), "strengths": list(extent.strengths)}
     file = folder / "plan.json"
     if file.exists():
         kept = json.loads(file.read_text(encoding="utf-8"))
@@ -83,30 +83,37 @@ def _require_same(folder: Path, beacon: str, counts: "Mapping[Sort, int]", machi
         file.write_text(json.dumps(asked) + "\n", encoding="utf-8")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Pool:
+    """Where trials are made and answered. size : how many at a time."""
+
+    executor: Executor
+    size: int
+
+
 @contextmanager
-def _executor(workers: int, cluster: str | None) -> Iterator[Executor]:
-    """Where trials are made and answered: processes of this machine, or workers of a Dask cluster, which need no common disk."""
+def _opened_pool(workers: int, cluster: str | None) -> Iterator[_Pool]:
+    """Processes of this machine, or workers of a Dask cluster, which need no common disk."""
     if cluster is None:
-        pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+        executor = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
         try:
-            yield pool
+            yield _Pool(executor=executor, size=workers)
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+            executor.shutdown(wait=False, cancel_futures=True)
         return
     from rille.simulate.cluster import connected
 
     with connected(cluster) as client:
-        yield client.get_executor(pure=False)
+        yield _Pool(executor=client.get_executor(pure=False), size=sum(client.nthreads().values()))
 
 
-def _each(pool: Executor, what: str, work: Callable[..., Any], asked: Sequence[tuple], finish: Callable[[Any], None], until: float) -> bool:
+def _each(pool: _Pool, what: str, work: Callable[..., Any], asked: Sequence[tuple], finish: Callable[[Any], None], until: float) -> bool:
     """Do all that is asked, as many at a time as there are workers, nothing new after ``until`` [s, monotonic]. Whether all is done."""
     begin, count, waiting = time.monotonic(), 0, list(reversed(asked))
     running: set[Future] = set()
-    workers = _workers(pool)
     while waiting or running:
-        while waiting and len(running) < workers and time.monotonic() < until:
-            running.add(pool.submit(work, *waiting.pop()))
+        while waiting and len(running) < pool.size and time.monotonic() < until:
+            running.add(pool.executor.submit(work, *waiting.pop()))
         if not running:
             return False
         future = next(as_completed(running))
@@ -116,12 +123,6 @@ def _each(pool: Executor, what: str, work: Callable[..., Any], asked: Sequence[t
         left = (time.monotonic() - begin) / count * (len(asked) - count)
         say(f"{what} {count} of {len(asked)}, about {left / 60:.0f} min left")
     return True
-
-
-def _workers(pool: Executor) -> int:
-    """How many trials it can do at a time."""
-    client = getattr(pool, "_client", None)
-    return sum(client.nthreads().values()) if client is not None else getattr(pool, "_max_workers", 1)
 
 
 # --- made
@@ -153,7 +154,7 @@ def make_trial(trial: "Trial") -> tuple[int, dict[str, bytes], dict[str, Any]]:
     )
 
 
-def _make(pool: Executor, folder: Path, trials: "Sequence[Trial]", until: float) -> bool:
+def _make(pool: _Pool, folder: Path, trials: "Sequence[Trial]", until: float) -> bool:
     """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed."""
     truths = folder / TRUTHS
     truths.mkdir(mode=0o700, exist_ok=True)
@@ -177,7 +178,7 @@ def _make(pool: Executor, folder: Path, trials: "Sequence[Trial]", until: float)
 # --- sealed
 
 
-def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, counts: "Mapping[Sort, int]") -> None:
+def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, extent: "Extent") -> None:
     """Truths and nonces into the vault, seals and Merkle root into a new ledger."""
     import rille
     from rille import store
@@ -197,7 +198,7 @@ def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, counts: "Mapping
         version=rille.__version__,
         code=code_digest(()),
         isolation=isolation(),
-        counts={sort: n for sort, n in counts.items() if n},
+        counts={str(sort): n for sort, n in extent.counts.items()},
         root=merkle_root([seal(truth) for truth in truths]),
         sealed=time.time(),
     )
@@ -218,7 +219,7 @@ def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, counts: "Mapping
 # --- answered
 
 
-def _answer(pool: Executor, folder: Path, until: float, baselines: bool) -> bool:
+def _answer(pool: _Pool, folder: Path, until: float, baselines: bool) -> bool:
     """Answers of all trials into the ledger, one after the other as they come."""
     from rille import store
     from rille.cli.prove_answering import answer_files
@@ -266,7 +267,7 @@ def _show_that_the_truth_is_shut_away(folder: Path, ledger: "Ledger") -> None:
 # --- agreed, opened
 
 
-def _agree(pool: Executor, folder: Path, beacon: str, machines: Sequence[str]) -> None:
+def _agree(pool: _Pool, folder: Path, beacon: str, machines: Sequence[str]) -> None:
     """How far generator and solver are apart with nothing concealed, into a file."""
     from rille.cli.prove_agreement import DRAWS, agreement
 

@@ -1,25 +1,12 @@
 """``rille record``: recordings made, drafted, listed, checked, removed. Without a verb: a simulated run is recorded."""
 
-from pathlib import Path
-
 import typer
-from typer.core import TyperGroup
 
 from rille.cli import record_check, record_new, record_run
-
-
-class _Default(TyperGroup):
-    """A first word that is no verb but names a file, and options before any word, are for ``run``."""
-
-    def parse_args(self, ctx, args: list[str]) -> list[str]:
-        first = args[0] if args else "--help"
-        if first not in (*self.commands, "--help") and (first.startswith("-") or Path(first).suffix or Path(first).exists()):
-            args = ["run", *args]
-        return super().parse_args(ctx, args)
-
+from rille.cli.default_verb import RunByDefault
 
 app = typer.Typer(
-    cls=_Default,
+    cls=RunByDefault,
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Recordings: make one of a simulated run, draft a manifest, list, check, remove. A file in place of a verb means `run`.\n\n"

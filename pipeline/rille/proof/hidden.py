@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 
 from rille.model import Effect, EffectKind, EffectParameter
-from rille.proof.machine import Machine
 from rille.proof.sensors import Sensor, Sensors
+from rille.proof.subject import Subject
 from rille.proof.wrong_numbers import value_of, wrong_number
 
 Cause = Literal["effect", "parameter", "sensor", "outside"]
@@ -42,13 +42,13 @@ class Hidden:
             return ()
         return (Effect(kind=self.kind, target=self.target, parameters=self.numbers(size)),)
 
-    def machine(self, machine: Machine, size: float) -> Machine:
+    def machine(self, machine: Subject, size: float) -> Subject:
         """The machine as it really is."""
         if self.cause != "parameter":
             return machine
         return wrong_number(machine, self.kind, self.target, size * self.direction[self.kind])
 
-    def reference(self, machine: Machine) -> float | None:
+    def reference(self, machine: Subject) -> float | None:
         """What the model says of the number that is wrong; None: it is no number."""
         return value_of(machine, self.kind, self.target) if self.cause == "parameter" else None
 
@@ -93,7 +93,7 @@ OWN: Mapping[str, Mapping[str, float]] = {
 }
 
 
-def effect_targets(machine: Machine, kind: EffectKind) -> tuple[str, ...]:
+def effect_targets(machine: Subject, kind: EffectKind) -> tuple[str, ...]:
     """Names of what an effect can be concealed at on a machine; () if it makes no sense there."""
     if kind.target in ("sensor", "any") or (kind.name == "soil_change" and machine.kind == "points"):
         return ()
@@ -102,11 +102,21 @@ def effect_targets(machine: Machine, kind: EffectKind) -> tuple[str, ...]:
     return tuple(t for t in machine.targets.get(word, ()) if (kind.name, t) not in have)
 
 
-def hidden_effect(machine: Machine, kind: EffectKind, target: str, rng: np.random.Generator, cause: Cause = "effect") -> Hidden:
-    """One effect with shape numbers drawn about their usual values; where places and times matter, where and when the machine is."""
+def hidden_effect(
+    machine: Subject,
+    kind: EffectKind,
+    target: str,
+    rng: np.random.Generator,
+    cause: Cause = "effect",
+    own: Mapping[str, Mapping[str, float]] = OWN,
+) -> Hidden:
+    """One effect with shape numbers drawn about their usual values; where places and times matter, where and when the machine is.
+
+    own : effect -> number -> value, where the usual one of the catalogue does not fit.
+    """
     amplitudes = [p for p in kind.parameters if p.amplitude]
     direction = {p.name: _drawn_amplitude(p, rng) for p in amplitudes}
-    fixed = {p.name: _drawn_shape(kind, p, rng) for p in kind.parameters if not p.amplitude}
+    fixed = {p.name: _drawn_shape(p, rng, own.get(kind.name, {})) for p in kind.parameters if not p.amplitude}
     fixed |= {name: value for name, value in _situated(machine, kind, rng).items() if name in fixed}
     if kind.name == "external_pulse":  # a push: a force, seldom a moment too
         direction = {name: value if name.startswith("force") else 0.0 for name, value in direction.items()}
@@ -119,7 +129,7 @@ def hidden_effect(machine: Machine, kind: EffectKind, target: str, rng: np.rando
     )
 
 
-def _flat_axis(machine: Machine) -> int | None:
+def _flat_axis(machine: Subject) -> int | None:
     """Number of the axis across the plane in which a machine that the world holds moves: no offset along it changes anything; None."""
     axes = {tuple(np.abs(joint.axis).tolist()) for joint in machine.rover.joints}
     held = any(joint.parent is None for joint in machine.rover.joints)
@@ -131,8 +141,7 @@ def _drawn_amplitude(p: EffectParameter, rng: np.random.Generator) -> float:
     return float(usual * (rng.choice([-1.0, 1.0]) if p.lower < 0 else 1.0) * rng.uniform(0.5, 1.5))
 
 
-def _drawn_shape(kind: EffectKind, p: EffectParameter, rng: np.random.Generator) -> float:
-    own = OWN.get(kind.name, {})
+def _drawn_shape(p: EffectParameter, rng: np.random.Generator, own: Mapping[str, float]) -> float:
     if p.name in own:
         return own[p.name]
     if p.name in SHAPES:
@@ -146,8 +155,9 @@ def _drawn_shape(kind: EffectKind, p: EffectParameter, rng: np.random.Generator)
     return p.typical
 
 
-def _situated(machine: Machine, kind: EffectKind, rng: np.random.Generator) -> dict[str, float]:
+def _situated(machine: Subject, kind: EffectKind, rng: np.random.Generator) -> dict[str, float]:
     """Times within the recording, places near the machine."""
+    pulse = {"start": float(rng.uniform(0.2, 0.8) * machine.duration), "duration": float(rng.uniform(0.1, 0.4))}
     if kind.name == "soil_change":
         return {"center_x": float(rng.uniform(-3, 1)), "center_y": float(rng.uniform(-2, 2)), "radius": float(rng.uniform(1.5, 3))}
     if kind.name == "tether_pull":
@@ -155,7 +165,7 @@ def _situated(machine: Machine, kind: EffectKind, rng: np.random.Generator) -> d
         away = 6.0 if machine.rover.wheels else 1.2
         place = {"anchor_x": -away, "anchor_y": 0.2, "anchor_z": 0.3}
         return place | {"length": float(away + reach * rng.uniform(-0.3, 0.3))}
-    return {"start": float(rng.uniform(0.2, 0.8) * machine.duration), "duration": float(rng.uniform(0.1, 0.4))}
+    return pulse
 
 
 # --- sensors
@@ -215,6 +225,6 @@ def same_thing(one: Hidden, other: Hidden) -> bool:
     return (one.kind, one.target) == (other.kind, other.target)
 
 
-def all_effects(machine: Machine, kinds: Sequence[EffectKind]) -> list[tuple[EffectKind, str]]:
+def all_effects(machine: Subject, kinds: Sequence[EffectKind]) -> list[tuple[EffectKind, str]]:
     """Every effect of the catalogue at every target of the machine."""
     return [(kind, target) for kind in kinds for target in effect_targets(machine, kind)]

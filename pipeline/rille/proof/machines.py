@@ -1,7 +1,6 @@
 """Machines drawn at random: lengths, masses, ratios, soils. The base model knows them exactly; only what is concealed is not in it."""
 
 from collections.abc import Callable, Mapping
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from rille.model import (
     Wheel,
 )
 from rille.model.rover import Vector
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 EARTH, MOON, MARS = 9.80665, 1.62, 3.71  # [m/s^2]
 GROUND, SOIL = "hills", "regolith"
@@ -41,7 +40,7 @@ def _near(rng: np.random.Generator, value: float, factor: float = 1.4) -> float:
     return float(value * np.exp(rng.uniform(-1, 1) * np.log(factor)))
 
 
-def pendulum(rng: np.random.Generator) -> Machine:
+def pendulum(rng: np.random.Generator) -> Subject:
     """Two links that hang from the world; a torque drives one of the joints."""
     first, second = _near(rng, 0.3), _near(rng, 0.25)
     upper, lower = _near(rng, 0.6, 1.8), _near(rng, 0.35, 1.8)
@@ -58,7 +57,7 @@ def pendulum(rng: np.random.Generator) -> Machine:
         drives=(Drive(name=driven, joint=driven, mode="torque", max_torque=4.0),),
     )
     weight = EARTH * (upper * first / 2 + lower * (first + second / 2)) if driven == "shoulder" else EARTH * lower * second / 2
-    return Machine(
+    return Subject(
         name="pendulum",
         rover=rover,
         gravity=(0, 0, -EARTH),
@@ -67,7 +66,7 @@ def pendulum(rng: np.random.Generator) -> Machine:
     )
 
 
-def arm(rng: np.random.Generator) -> Machine:
+def arm(rng: np.random.Generator) -> Subject:
     """Three hinges held by the world: a waist under speed control, a shoulder under torque, an elbow that a geared motor turns."""
     upper, fore, ratio = _near(rng, 0.3), _near(rng, 0.25), float(np.round(_near(rng, 12.0, 2.0), 1))
     top = -0.1
@@ -95,7 +94,7 @@ def arm(rng: np.random.Generator) -> Machine:
         ),
     )
     known = (("waist", 0.05), ("shoulder", 0.15), ("elbow", 0.06))
-    return Machine(
+    return Subject(
         name="arm",
         rover=rover,
         gravity=(0, 0, -EARTH),
@@ -116,7 +115,7 @@ def arm(rng: np.random.Generator) -> Machine:
     )
 
 
-def free_body(rng: np.random.Generator) -> Machine:
+def free_body(rng: np.random.Generator) -> Subject:
     """A body that was thrown, with a flywheel on a skew axis."""
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
@@ -134,7 +133,7 @@ def free_body(rng: np.random.Generator) -> Machine:
         joints=(Joint(name="spin", kind="hinge", parent="body", child="flywheel", point=place, axis=tuple(axis.tolist())),),
         drives=(Drive(name="spin", joint="spin", mode="torque", max_torque=0.5),),
     )
-    return Machine(
+    return Subject(
         name="free_body",
         rover=rover,
         gravity=(0, 0, -float(rng.choice([MOON, MARS]))),
@@ -185,7 +184,7 @@ def hills(rng: np.random.Generator, ground: Soil, height: float = 0.006) -> Terr
 SIDES: Mapping[str, float] = {"left": 1.0, "right": -1.0}
 
 
-def rover(rng: np.random.Generator) -> Machine:
+def rover(rng: np.random.Generator) -> Subject:
     """A six-wheel rocker-bogie with differential and four steered wheels, on soft hills."""
     base, half, radius, width = _near(rng, 0.62, 1.15), _near(rng, 0.5, 1.15), _near(rng, 0.15, 1.15), _near(rng, 0.165, 1.2)
     chassis = _near(rng, 85.0, 1.3)
@@ -231,7 +230,7 @@ def rover(rng: np.random.Generator) -> Machine:
         wheels=tuple(wheels),
         differentials=(Differential(name="differential", carrier="chassis", joint_a="rocker_left", joint_b="rocker_right"),),
     )
-    return Machine(
+    return Subject(
         name="rover",
         rover=made,
         gravity=(0, 0, -MOON),
@@ -259,7 +258,7 @@ def _disc(name: str, mass: float, middle: Vector, radius: float, width: float) -
     return Body(name=name, properties=properties)
 
 
-def bench(rng: np.random.Generator) -> Machine:
+def bench(rng: np.random.Generator) -> Subject:
     """A wheel with grousers on a rig: carriage on a rail, post that slides up and down, driven wheel."""
     radius, width = _near(rng, 0.15, 1.4), _near(rng, 0.15, 1.4)
     centre = (0.0, 0.0, radius)
@@ -275,7 +274,7 @@ def bench(rng: np.random.Generator) -> Machine:
     )
     grouser = Grouser(count=int(rng.integers(12, 30)), height=float(rng.uniform(0.005, 0.015)), thickness=0.002)
     wheel = Wheel(name="wheel", joint="axle", center=centre, radius=radius, width=width, grouser=grouser)
-    return Machine(
+    return Subject(
         name="bench",
         rover=Rover(bodies=bodies, joints=joints, drives=drives, wheels=(wheel,)),
         gravity=(0, 0, -EARTH),
@@ -285,8 +284,7 @@ def bench(rng: np.random.Generator) -> Machine:
     )
 
 
-MachineName = Literal["pendulum", "arm", "free_body", "rover", "bench"]
-MAKERS: Mapping[str, Callable[[np.random.Generator], Machine]] = {
+MAKERS: Mapping[str, Callable[[np.random.Generator], Subject]] = {
     "pendulum": pendulum,
     "arm": arm,
     "free_body": free_body,

@@ -11,10 +11,10 @@ from rille.model import InputRefused, PhysicsFailed, Scenario
 from rille.model.recording import Recording
 from rille.proof.generator import simulate
 from rille.proof.hidden import Hidden
-from rille.proof.machine import near
 from rille.proof.points import points_recording
 from rille.proof.sensors import readings, recording, sampling
 from rille.proof.strength import Unreachable, find_size
+from rille.proof.subject import near
 from rille.proof.trials import TRAINING, Drawn
 
 Excess = Callable[[Sequence[Recording]], Mapping[str, float]]
@@ -70,7 +70,9 @@ def make(drawn: Drawn, excess: Excess) -> Made:
     ------
     Unreachable : if this draw cannot be made so strong.
     """
-    pieces = tuple(_sized(drawn, hidden, excess) for hidden in drawn.hidden)
+    learnt = [scenario for scenario in drawn.scenarios if scenario.name in TRAINING]
+    floor = excess([generate(drawn, scenario, []) for scenario in learnt]) if drawn.hidden else {}
+    pieces = tuple(_sized(drawn, hidden, learnt, excess, floor) for hidden in drawn.hidden)
     concealed = [(piece.hidden, piece.size) for piece in pieces]
     try:
         recordings = tuple(generate(drawn, scenario, concealed) for scenario in drawn.scenarios)
@@ -79,10 +81,8 @@ def make(drawn: Drawn, excess: Excess) -> Made:
     return Made(drawn=drawn, recordings=recordings, pieces=pieces)
 
 
-def _sized(drawn: Drawn, hidden: Hidden, excess: Excess) -> Piece:
-    """A concealed thing at the size that is as strong as wanted in the recordings to learn from."""
-    learnt = [s for s in drawn.scenarios if s.name in TRAINING]
-    floor = excess([generate(drawn, s, []) for s in learnt])
+def _sized(drawn: Drawn, hidden: Hidden, learnt: Sequence[Scenario], excess: Excess, floor: Mapping[str, float]) -> Piece:
+    """A concealed thing at the size that is as strong as wanted in the recordings to learn from, beyond what ``floor`` shows without it."""
 
     def measure(size: float) -> tuple[float, str]:
         try:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Command, InitialJointState, Pose, Scenario
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 HELD = 0.02  # [s] between two set values
 RAMP = 10  # set values in which a wheel's speed changes
@@ -15,38 +15,39 @@ LEG = 1.5  # [s] between two changes of mind of a driver
 REACH = {"shoulder": 0.8, "elbow": 0.8}  # [rad] start angles of joints that hang
 
 
-def maneuver(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
+def maneuver(machine: Subject, name: str, rng: np.random.Generator) -> Scenario:
     """A scenario of that name, as diagnosis will know it."""
     return _MAKERS[machine.name](machine, name, rng)
 
 
-def _scenario(machine: Machine, name: str, **more: Any) -> Scenario:
+def scenario_of(machine: Subject, name: str, **more: Any) -> Scenario:
+    """A scenario of a machine's own length, step and gravity."""
     return Scenario(name=name, duration=machine.duration, step=machine.step, gravity=machine.gravity, **more)
 
 
-def _waves(rng: np.random.Generator, time: NDArray[np.float64], size: float, slowest: float, fastest: float) -> NDArray[np.float64]:
+def waves(rng: np.random.Generator, time: NDArray[np.float64], size: float, slowest: float, fastest: float) -> NDArray[np.float64]:
     """Sum of four sines of random pace [rad/s] and phase, with ``size`` as its largest value."""
     paces, phases = np.exp(rng.uniform(np.log(slowest), np.log(fastest), 4)), rng.uniform(0, 2 * np.pi, 4)
     wave = np.sin(paces[:, None] * time + phases[:, None]).sum(axis=0)
     return size * wave / np.abs(wave).max()
 
 
-def _driven_by_waves(rng: np.random.Generator, machine: Machine, drive: str) -> list[Command]:
+def _driven_by_waves(rng: np.random.Generator, machine: Subject, drive: str) -> list[Command]:
     time = np.arange(0, machine.duration, HELD)
-    wave = _waves(rng, time, machine.efforts[drive], float(rng.uniform(0.8, 1.6)), float(rng.uniform(4, 9)))
+    wave = waves(rng, time, machine.efforts[drive], float(rng.uniform(0.8, 1.6)), float(rng.uniform(4, 9)))
     return [Command(drive=drive, time=float(t), value=float(v)) for t, v in zip(time, wave, strict=True)]
 
 
-def _pendulum(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
+def _pendulum(machine: Subject, name: str, rng: np.random.Generator) -> Scenario:
     states = tuple(
         InitialJointState(joint=joint, position=float(rng.uniform(-1, 1) * REACH[joint]), velocity=float(rng.uniform(-1, 1)))
         for joint in ("shoulder", "elbow")
     )
     commands = [c for drive in machine.efforts for c in _driven_by_waves(rng, machine, drive)]
-    return _scenario(machine, name, initial_states=states, commands=tuple(commands))
+    return scenario_of(machine, name, initial_states=states, commands=tuple(commands))
 
 
-def _arm(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
+def _arm(machine: Subject, name: str, rng: np.random.Generator) -> Scenario:
     commands = [c for drive in machine.efforts for c in _driven_by_waves(rng, machine, drive)]
     elbow = float(rng.uniform(-1, 1) * REACH["elbow"])
     states = (
@@ -54,11 +55,11 @@ def _arm(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
         InitialJointState(joint="elbow", position=elbow),
         InitialJointState(joint="motor", position=machine.rover.gears[0].ratio * elbow),
     )
-    return _scenario(machine, name, initial_states=states, commands=tuple(commands))
+    return scenario_of(machine, name, initial_states=states, commands=tuple(commands))
 
 
-def _free_body(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
-    return _scenario(
+def _free_body(machine: Subject, name: str, rng: np.random.Generator) -> Scenario:
+    return scenario_of(
         machine,
         name,
         start=Pose(position=(0, 0, 1.0)),
@@ -68,7 +69,7 @@ def _free_body(machine: Machine, name: str, rng: np.random.Generator) -> Scenari
     )
 
 
-def _rover(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
+def drive_about(machine: Subject, name: str, rng: np.random.Generator) -> Scenario:
     """Off at once, then every 1.5 s other speeds of either side, other steering, now and then a stop or a turn on the spot."""
     wheels = list(machine.efforts)
     steering = [d.name for d in machine.rover.drives if d.mode == "position"]
@@ -90,7 +91,7 @@ def _rover(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
             commands.append(Command(drive=joint, time=float(time) + 0.2, value=float(angle if "front" in joint else -angle)))
     x, y, heading = rng.uniform(-4, 1), rng.uniform(-3, 3), rng.uniform(-0.6, 0.6)
     turned = (float(np.cos(heading / 2)), 0.0, 0.0, float(np.sin(heading / 2)))
-    return _scenario(
+    return scenario_of(
         machine,
         name,
         terrain=machine.terrain.name if machine.terrain is not None else None,
@@ -101,14 +102,14 @@ def _rover(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
     )
 
 
-def _bench(machine: Machine, name: str, rng: np.random.Generator) -> Scenario:
-    return _scenario(machine, name, terrain=machine.terrain.name if machine.terrain is not None else None)
+def _bench(machine: Subject, name: str, rng: np.random.Generator) -> Scenario:
+    return scenario_of(machine, name, terrain=machine.terrain.name if machine.terrain is not None else None)
 
 
-_MAKERS: Mapping[str, Callable[[Machine, str, np.random.Generator], Scenario]] = {
+_MAKERS: Mapping[str, Callable[[Subject, str, np.random.Generator], Scenario]] = {
     "pendulum": _pendulum,
     "arm": _arm,
     "free_body": _free_body,
-    "rover": _rover,
+    "rover": drive_about,
     "bench": _bench,
 }

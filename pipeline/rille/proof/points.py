@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from rille.model import BenchWheel, Effect, Wheel
 from rille.model.recording import Channel, Recording, Role
 from rille.proof.generator.wheel_bench import bench_points
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 LAW, SPEED = "bekker_wong", 0.05  # [m/s]
 SLIPS = (-0.1, 0.8)
@@ -38,7 +38,7 @@ def rim(wheel: Wheel) -> BenchWheel:
 
 
 def points_recording(
-    machine: Machine, name: str, laws: Sequence[Effect], rng: np.random.Generator, noise: np.random.Generator
+    machine: Subject, name: str, laws: Sequence[Effect], rng: np.random.Generator, noise: np.random.Generator
 ) -> Recording:
     """What a bench measures of the wheel under ``laws``. rng : draws the conditions, the same at every size of what is concealed."""
     assert machine.terrain is not None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rille.model import Scenario
 from rille.model.recording import ANGLES, AXES, QUANTITIES, Channel, Frame, Recording, unit_of
 from rille.proof.generator.reading import Reading
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 JITTER = 0.04  # of a period, 1 sigma
@@ -96,9 +96,6 @@ SETS: Mapping[str, tuple[Row, ...]] = {
         ("part.position", "chassis", AXES, "world", 4e-3, 0.0),
         ("part.orientation", "chassis", ANGLES, "world", 2e-3, 0.0),
         ("part.angular_velocity", "chassis", AXES, "body", 3e-3, 0.0),
-        ("joint.position", "rocker_left", (), "world", 1e-3, 0.0),
-        ("joint.position", "bogie_left", (), "world", 1e-3, 0.0),
-        ("joint.position", "bogie_right", (), "world", 1e-3, 0.0),
     ),
 }
 WHEEL_ROWS: tuple[Row, ...] = (
@@ -106,26 +103,31 @@ WHEEL_ROWS: tuple[Row, ...] = (
     ("joint.velocity", "", (), "world", 0.01, 0.0),
     ("joint.effort", "", (), "world", 0.08, 0.0),
 )
+SUSPENSION_ROWS: tuple[Row, ...] = tuple(
+    ("joint.position", joint, (), "world", 1e-3, 0.0) for joint in ("rocker_left", "bogie_left", "bogie_right")
+)
 TOLD_DELAY = 0.03  # [s] of a rover's localisation, which the manifest tells
 
 
-def _rows(machine: Machine) -> list[Row]:
-    rows = list(SETS[machine.name])
-    if machine.rover.wheels:
+def sensor_rows(machine: Subject) -> list[Row]:
+    """What a machine is recorded with."""
+    rows = list(SETS.get(machine.name, ()))
+    if machine.kind == "time" and machine.rover.wheels:
         for drive in machine.rover.drives:
             kinds = WHEEL_ROWS if drive.mode == "speed" else WHEEL_ROWS[:1]
             rows.extend((row[0], drive.joint, *row[2:]) for row in kinds)
+        rows.extend(SUSPENSION_ROWS)
     return rows
 
 
-def draw_sensors(machine: Machine, rng: np.random.Generator) -> Sensors:
+def draw_sensors(machine: Subject, rng: np.random.Generator) -> Sensors:
     """Sensors of a trial: every quantity has a clock of its own; level, colour and rates are drawn."""
     clocks: dict[str, Clock] = {}
     sensors: list[Sensor] = []
     share, slow_time = float(rng.uniform(0.0, 0.4)), float(rng.uniform(0.1, 0.6))
     level = float(np.exp(rng.uniform(np.log(0.7), np.log(1.5))))
     wheeled = bool(machine.rover.wheels)
-    for quantity, target, components, frame, noise, resolution in _rows(machine):
+    for quantity, target, components, frame, noise, resolution in sensor_rows(machine):
         located = quantity in ("part.position", "part.orientation")
         clock = quantity.replace(".", "_")
         if clock not in clocks:
@@ -172,7 +174,7 @@ def readings(sensors: Sensors, when: Mapping[str, Array]) -> list[Reading]:
 
 
 def recording(
-    machine: Machine, scenario: Scenario, sensors: Sensors, when: Mapping[str, Array], truth: Sequence[Array], seed: int
+    machine: Subject, scenario: Scenario, sensors: Sensors, when: Mapping[str, Array], truth: Sequence[Array], seed: int
 ) -> Recording:
     """The recording that the sensors make.
 
@@ -225,7 +227,7 @@ def _wandering(rng: np.random.Generator, time: Array, constant: float) -> Array:
     return values
 
 
-def _commands(machine: Machine, scenario: Scenario) -> list[Channel]:
+def _commands(machine: Subject, scenario: Scenario) -> list[Channel]:
     """Set values of all drives, stamped whenever one of them changes, and at the end."""
     stamps = np.unique([0.0, scenario.duration, *(c.time for c in scenario.commands if c.time <= scenario.duration)])
     channels = []

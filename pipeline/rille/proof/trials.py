@@ -20,19 +20,32 @@ from rille.proof.hidden import (
     hidden_sensor_fault,
     same_thing,
 )
-from rille.proof.machine import Machine
 from rille.proof.machines import MAKERS
 from rille.proof.maneuvers import maneuver
 from rille.proof.sensors import Sensors, draw_sensors
+from rille.proof.subject import Subject
 
 Sort = Literal["one", "two", "outside", "parameter", "sensor", "nothing"]
 SORTS: tuple[Sort, ...] = get_args(Sort)
-FULL: Mapping[Sort, int] = {"one": 100, "two": 40, "outside": 30, "parameter": 40, "sensor": 30, "nothing": 90}
-QUICK: Mapping[Sort, int] = {"one": 6, "two": 1, "outside": 1, "parameter": 2, "sensor": 2, "nothing": 4}
-QUICK_MACHINES = ("pendulum", "free_body", "bench")
-STRENGTHS, STRONG = (0.5, 1.0, 2.0, 5.0), (2.0, 5.0)  # times the noise floor; those of a quick look
-TRAINING, HELD_OUT = ("training_1", "training_2"), ("held_out",)
+TRAINING, HELD_OUT = ("training_1", "training_2"), "held_out"
 SHARES: Mapping[str, float] = {"pendulum": 0.28, "arm": 0.27, "free_body": 0.2, "bench": 0.15, "rover": 0.1}  # of the trials
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extent:
+    """How many trials of which sort, on which machines, at which strengths [noise], each as often."""
+
+    counts: Mapping[Sort, int]
+    machines: tuple[str, ...] = tuple(SHARES)
+    strengths: tuple[float, ...] = (0.5, 1.0, 2.0, 5.0)
+
+
+FULL = Extent(counts={"one": 100, "two": 40, "outside": 30, "parameter": 40, "sensor": 30, "nothing": 90})
+QUICK = Extent(
+    counts={"one": 6, "two": 1, "outside": 1, "parameter": 2, "sensor": 2, "nothing": 4},
+    machines=("pendulum", "free_body", "bench"),
+    strengths=(2.0, 5.0),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,17 +71,16 @@ class Trial:
         return replace(self, draw=self.draw + 1)
 
 
-def plan(beacon: str, counts: Mapping[Sort, int] = FULL, machines: Sequence[str] = tuple(SHARES)) -> tuple[Trial, ...]:
+def plan(beacon: str, extent: Extent = FULL) -> tuple[Trial, ...]:
     """The trials of a beacon, in the order in which they are answered: at random, so that a part of them is a fair sample."""
     rng = np.random.default_rng(_number(beacon, "plan"))
-    strengths = STRONG if counts is QUICK else STRENGTHS
     drawn: list[tuple[Sort, str, float]] = []
     for sort in SORTS:
-        fitting = [m for m in machines if m in MACHINES_OF.get(sort, tuple(SHARES))]
+        fitting = [m for m in extent.machines if m in MACHINES_OF.get(sort, tuple(SHARES))]
         shares = np.array([SHARES[m] for m in fitting])
-        for k in range(counts.get(sort, 0)):
+        for k in range(extent.counts.get(sort, 0)):
             machine = str(rng.choice(fitting, p=shares / shares.sum()))
-            drawn.append((sort, machine, 0.0 if sort == "nothing" else strengths[k % len(strengths)]))
+            drawn.append((sort, machine, 0.0 if sort == "nothing" else extent.strengths[k % len(extent.strengths)]))
     order = rng.permutation(len(drawn))
     return tuple(
         Trial(number=n, sort=drawn[k][0], machine=drawn[k][1], strength=drawn[k][2], beacon=beacon) for n, k in enumerate(order.tolist())
@@ -95,7 +107,7 @@ class Drawn:
     strange: Sequence[EffectKind]
 
     @cached_property
-    def machine(self) -> Machine:
+    def machine(self) -> Subject:
         """What the base model says."""
         return MAKERS[self.trial.machine](self.trial.random("machine"))
 
@@ -103,7 +115,7 @@ class Drawn:
     def scenarios(self) -> tuple[Scenario, ...]:
         """One for each recording, those to learn from first."""
         rng = self.trial.random("maneuver")
-        return tuple(maneuver(self.machine, name, rng) for name in (*TRAINING, *HELD_OUT))
+        return tuple(maneuver(self.machine, name, rng) for name in (*TRAINING, HELD_OUT))
 
     @cached_property
     def sensors(self) -> Sensors | None:

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 
-def wrong_number(machine: Machine, number: str, target: str, share: float) -> Machine:
+def wrong_number(machine: Subject, number: str, target: str, share: float) -> Subject:
     """The machine with a number of ``target`` times (1 + share); of a friction angle its tangent."""
     return _CHANGES[number](machine, target, share)
 
 
-def _mass(machine: Machine, target: str, share: float) -> Machine:
+def _mass(machine: Subject, target: str, share: float) -> Subject:
     def heavier(body: Any) -> Any:
         p = body.properties
         return replace(body, properties=replace(p, mass=p.mass * (1 + share), inertia=p.inertia * (1 + share)))
@@ -23,13 +23,13 @@ def _mass(machine: Machine, target: str, share: float) -> Machine:
     return replace(machine, rover=replace(machine.rover, bodies=bodies))
 
 
-def _gravity(machine: Machine, target: str, share: float) -> Machine:
+def _gravity(machine: Subject, target: str, share: float) -> Subject:
     x, y, z = machine.gravity
     return replace(machine, gravity=(x * (1 + share), y * (1 + share), z * (1 + share)))
 
 
-def _of_drive(number: str) -> Callable[[Machine, str, float], Machine]:
-    def change(machine: Machine, target: str, share: float) -> Machine:
+def _of_drive(number: str) -> Callable[[Subject, str, float], Subject]:
+    def change(machine: Subject, target: str, share: float) -> Subject:
         drives = tuple(
             replace(drive, **{number: getattr(drive, number) * (1 + share)}) if drive.name == target else drive
             for drive in machine.rover.drives
@@ -39,8 +39,8 @@ def _of_drive(number: str) -> Callable[[Machine, str, float], Machine]:
     return change
 
 
-def _of_soil(number: str) -> Callable[[Machine, str, float], Machine]:
-    def change(machine: Machine, target: str, share: float) -> Machine:
+def _of_soil(number: str) -> Callable[[Subject, str, float], Subject]:
+    def change(machine: Subject, target: str, share: float) -> Subject:
         assert machine.terrain is not None
         soils = []
         for soil in machine.terrain.soils:
@@ -52,7 +52,7 @@ def _of_soil(number: str) -> Callable[[Machine, str, float], Machine]:
     return change
 
 
-def _known_friction(machine: Machine, target: str, share: float) -> Machine:
+def _known_friction(machine: Subject, target: str, share: float) -> Subject:
     effects = tuple(
         replace(e, parameters={name: float(value) * (1 + share) for name, value in e.parameters.items()}) if e.target == target else e  # type: ignore[arg-type]
         for e in machine.effects
@@ -60,7 +60,7 @@ def _known_friction(machine: Machine, target: str, share: float) -> Machine:
     return replace(machine, effects=effects)
 
 
-_CHANGES: Mapping[str, Callable[[Machine, str, float], Machine]] = {
+_CHANGES: Mapping[str, Callable[[Subject, str, float], Subject]] = {
     "mass": _mass,
     "gravity": _gravity,
     "speed_gain": _of_drive("speed_gain"),
@@ -74,7 +74,7 @@ _CHANGES: Mapping[str, Callable[[Machine, str, float], Machine]] = {
 }
 
 
-def value_of(machine: Machine, number: str, target: str) -> float:
+def value_of(machine: Subject, number: str, target: str) -> float:
     """What the model says of a number of ``target``; a friction by its coefficient, gravity by its size."""
     if number == "mass":
         return next(b.properties.mass for b in machine.rover.bodies if b.name == target)

@@ -119,18 +119,25 @@ def writing(path: Path, *, known_sound: bool = False) -> Iterator[sqlite3.Connec
     try:
         with closing(sqlite3.connect(path, isolation_level=None, timeout=10)) as connection:
             connection.row_factory = sqlite3.Row
-            connection.execute("PRAGMA foreign_keys = ON")
-            connection.execute("BEGIN IMMEDIATE")
-            try:
+            with transaction(connection):
                 yield connection
-            except BaseException:
-                connection.execute("ROLLBACK")
-                raise
-            connection.execute("COMMIT")
     except sqlite3.OperationalError as error:
         raise InputRefused(
             f"'{path}' could not be written: {error}; nothing was changed (is it locked, read-only, or the disk full?)"
         ) from error
+
+
+@contextmanager
+def transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """One transaction with foreign keys: committed at the end, rolled back by any exception."""
+    connection.execute("PRAGMA foreign_keys = ON")
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+    except BaseException:
+        connection.execute("ROLLBACK")
+        raise
+    connection.execute("COMMIT")
 
 
 @contextmanager

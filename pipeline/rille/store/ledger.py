@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rille.model import InputRefused
 from rille.model.ledger import Answer, Ledger, ProofPlan, Score, SealedTrial, Truth
-from rille.store.database import insert, schema_folder
+from rille.store.database import insert, schema_folder, transaction
 
 LEDGER_ID = 1380535376  # "RILP"
 LEDGER_VERSION = 1
@@ -177,12 +177,6 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
 def _writing(path: Path) -> Iterator[sqlite3.Connection]:
     """Connection inside one transaction: committed and on the disk at the end, rolled back by any exception."""
     with _opened(path) as connection:
-        connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
-        connection.execute("BEGIN IMMEDIATE")
-        try:
+        with transaction(connection):
             yield connection
-        except BaseException:
-            connection.execute("ROLLBACK")
-            raise
-        connection.execute("COMMIT")

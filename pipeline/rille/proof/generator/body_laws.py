@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from rille.model import Effect, InputRefused
 from rille.proof.generator.law import Array, Law
 from rille.proof.generator.moment import Moment
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 NONE = np.empty(0)
 
@@ -92,7 +92,7 @@ BODY_LAWS: Mapping[str, type[Law]] = {
 }
 
 
-def with_other_bodies(machine: Machine, laws: Sequence[Effect]) -> Machine:
+def with_other_bodies(machine: Subject, laws: Sequence[Effect]) -> Subject:
     """The machine with masses, centres of mass and gravity as laws change them: mass_change, com_offset, payload_slosh, gravity_tilt."""
     bodies = list(machine.rover.bodies)
     gravity = np.array(machine.gravity)

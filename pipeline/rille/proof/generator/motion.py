@@ -21,7 +21,7 @@ from rille.proof.generator.mechanism import FREE, Mechanism
 from rille.proof.generator.moment import Moment
 from rille.proof.generator.reading import Reading
 from rille.proof.generator.strange_laws import STRANGE_LAWS
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 PRECISION = 1e-9  # relative and absolute, of positions and velocities
@@ -32,7 +32,7 @@ MOST_STEPS = 20000  # of one interval
 SAME = 1e-9  # [s]: instants that are so near to each other are one
 
 
-def laws_of(machine: Machine, effects: Sequence[Effect]) -> list[Law]:
+def laws_of(machine: Subject, effects: Sequence[Effect]) -> list[Law]:
     """Laws of joints and bodies at their targets; '*' is every one.
 
     Raises
@@ -60,7 +60,7 @@ def laws_of(machine: Machine, effects: Sequence[Effect]) -> list[Law]:
     return found
 
 
-def motion(machine: Machine, scenario: Scenario, laws: Sequence[Effect], wanted: Sequence[Reading]) -> list[Array]:
+def motion(machine: Subject, scenario: Scenario, laws: Sequence[Effect], wanted: Sequence[Reading]) -> list[Array]:
     """Values (n,) of each reading.
 
     laws : at work in the machine, beside those that its model has.
@@ -73,7 +73,7 @@ def motion(machine: Machine, scenario: Scenario, laws: Sequence[Effect], wanted:
 
 
 class _Motion:
-    def __init__(self, machine: Machine, scenario: Scenario, effects: Sequence[Effect]) -> None:
+    def __init__(self, machine: Subject, scenario: Scenario, effects: Sequence[Effect]) -> None:
         machine = with_other_bodies(replace(machine, gravity=scenario.gravity), effects)
         self._scenario, self._gravity = scenario, np.array(machine.gravity)
         self._mechanism = Mechanism(machine.rover, machine.gravity)

@@ -9,13 +9,13 @@ from rille.model import Effect, Scenario
 from rille.proof.generator.reading import Reading
 from rille.proof.generator.rover_on_soil import RoverOnSoil
 from rille.proof.generator.rover_readout import Trace, read
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 STEP = 1e-3  # [s]
 
 
-def ride(machine: Machine, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading], step: float = STEP) -> list[Array]:
+def ride(machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading], step: float = STEP) -> list[Array]:
     """Values (n,) of each reading, of a rover that was placed on its terrain and has settled before t = 0.
 
     step : of integration [s], at most.

@@ -10,7 +10,7 @@ from rille.proof.generator.mechanism import Mechanism
 from rille.proof.generator.moment import Moment
 from rille.proof.generator.motion import laws_of
 from rille.proof.generator.soil_laws import SOIL_LAWS
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ class RoverLaws:
     States follow the trapezoidal rule.
     """
 
-    def __init__(self, mechanism: Mechanism, machine: Machine, effects: Sequence[Effect]) -> None:
+    def __init__(self, mechanism: Mechanism, machine: Subject, effects: Sequence[Effect]) -> None:
         self._moment = Moment(mechanism, machine.rover)
         self._laws = laws_of(machine, [effect for effect in effects if effect.kind not in SOIL_LAWS])
         joints = {joint.name for joint in machine.rover.joints if joint.kind != "fixed"}

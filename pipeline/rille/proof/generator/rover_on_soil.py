@@ -27,7 +27,7 @@ from rille.proof.generator.rover_drives import Drives, SetValues
 from rille.proof.generator.rover_laws import RoverLaws
 from rille.proof.generator.wheel_soil import SLIP
 from rille.proof.generator.wheels import NORMAL, ROLLING, RUT, SHEAR, SIDEWAYS, Footing, Push, Wheels
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 PRECISION = 1e-7  # [m/s or rad/s] of the speeds at the end of a step
@@ -41,7 +41,7 @@ LIFT, RIM, TRAVEL, LATERAL, SPIN = range(5)  # speeds of a wheel
 class RoverOnSoil:
     """A rover that moves. ``q``, ``z``: its coordinates and reduced velocities."""
 
-    def __init__(self, machine: Machine, scenario: Scenario, effects: Sequence[Effect]) -> None:
+    def __init__(self, machine: Subject, scenario: Scenario, effects: Sequence[Effect]) -> None:
         changed = with_other_bodies(replace(machine, gravity=scenario.gravity), effects)
         rover = changed.rover
         self.machine, self.scenario = changed, scenario

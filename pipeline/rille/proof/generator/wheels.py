@@ -28,7 +28,7 @@ from rille.proof.generator.ground import Ground, Ruts
 from rille.proof.generator.soil_laws import Contacts, Reaction, contact_length, react, soil_laws
 from rille.proof.generator.wheel_bench import soil_columns
 from rille.proof.generator.wheel_soil import LOAD, PULL, ROLLING_TORQUE, SIDE, SINKAGE, TORQUE, rolling
-from rille.proof.machine import Machine
+from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 CREEP = 1e-6  # [m/s] of dry friction and of slip: a parked rover creeps by less
@@ -74,7 +74,7 @@ def _dry(size: Array, speed: Array) -> tuple[Array, Array]:
 class Wheels:
     """All wheels of a machine on its terrain, with laws."""
 
-    def __init__(self, machine: Machine, effects: Sequence[Effect], gravity: float) -> None:
+    def __init__(self, machine: Subject, effects: Sequence[Effect], gravity: float) -> None:
         assert machine.terrain is not None
         wheels = machine.rover.wheels
         self.names = [wheel.name for wheel in wheels]

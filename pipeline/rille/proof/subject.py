@@ -9,7 +9,7 @@ from rille.model.rover import Vector
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Machine:
+class Subject:
     """A machine.
 
     kind : of its recordings: ``time``, or ``points`` of a wheel bench. gravity : in W [m/s^2]. step : of the model that diagnosis runs [s].
@@ -30,7 +30,7 @@ class Machine:
     kind: Literal["time", "points"] = "time"
 
 
-def near(machine: Machine, target: str) -> list[str]:
+def near(machine: Subject, target: str) -> list[str]:
     """A joint, body or wheel and its neighbours in the chain of joints: a friction moves bodies on both sides. []: everywhere."""
     found = {target}
     for joint in machine.rover.joints:
