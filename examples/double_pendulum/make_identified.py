@@ -1,8 +1,8 @@
 """Question: how are identified parameters stated on a sheet, where CAD gives others?
 
 Writes ``identified.toml``: the drawing and the joints of ``pendulum.toml``, with the masses, centres, inertias, friction and motors that
-the makers of the machine identified (``double_pendulum_identified_parameters.yml``). Their equation of motion (q1 of the upper link from
-hanging down, q2 of the lower against the upper; inertias about the joints) is
+the makers of the machine identified (``double_pendulum_identified_parameters.yml``); and ``frictionless.toml``, the same without friction.
+Their equation of motion (q1 of the upper link from hanging down, q2 of the lower against the upper; inertias about the joints) is
 
     M11 = I1 + I2 + m2 l1^2 + 2 m2 l1 r2 cos q2 + (gr^2 + 1) Ir,  M12 = I2 + m2 l1 r2 cos q2 - gr Ir,  M22 = I2 + gr^2 Ir
 
@@ -100,5 +100,7 @@ def sheet(text: str, p: dict[str, float]) -> str:
 
 
 if __name__ == "__main__":
-    (HERE / "identified.toml").write_text(sheet((HERE / "pendulum.toml").read_text(encoding="utf-8"), identified()), encoding="utf-8")
-    print(f"wrote {HERE / 'identified.toml'}")
+    made = sheet((HERE / "pendulum.toml").read_text(encoding="utf-8"), identified())
+    (HERE / "identified.toml").write_text(made, encoding="utf-8")
+    (HERE / "frictionless.toml").write_text(re.sub(r"friction = .*\n", "", made), encoding="utf-8")
+    print(f"wrote {HERE / 'identified.toml'} and frictionless.toml")

@@ -38,6 +38,9 @@ def run(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Folder; default: proof-DIGEST of the beacon.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="16 strong trials of three small machines instead of 330.")] = False,
     machines: Annotated[str, typer.Option(help="Only these machines, with commas.")] = "",
+    real: Annotated[
+        list[Path] | None, typer.Option(help="Sheet of a trial of real recordings whose truth was logged apart, repeatable.")
+    ] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time on this machine.", min=1)] = 2,
     cluster: Annotated[str | None, typer.Option(help="Dask scheduler to spread trials over: tcp://HOST:8786.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Begin no trial after so long; the same command goes on later.")] = None,
@@ -51,9 +54,11 @@ def run(
 
     Example: rille prove run --beacon "headline of tomorrow's paper" -o proof
     Example: rille prove --beacon "rille" --quick --machines pendulum,arm -o proof
+    Example: rille prove --beacon "a sentence" --real examples/double_pendulum/pushes.toml -o proof
     """
     from rille.cli.prove_run import LEDGER, prove
     from rille.model import InputRefused, nearest_names
+    from rille.proof.real import real_truth
     from rille.proof.trials import FULL, QUICK, SHARES
 
     if not beacon.strip():
@@ -66,11 +71,13 @@ def run(
     for name in chosen:
         if name not in SHARES:
             raise InputRefused(f"--machines names '{name}', which is none; {nearest_names(name, list(SHARES))}")
+    for number, sheet in enumerate(real or ()):
+        real_truth(sheet, number)  # refused now rather than after hours
     folder = output or Path(f"proof-{hashlib.sha256(beacon.encode()).hexdigest()[:8]}")
     until = time.monotonic() + 60 * minutes if minutes is not None else float("inf")
     try:
         extent = replace(extent, machines=chosen)
-        done = prove(folder, beacon, extent, workers=workers, cluster=cluster, baselines=baselines, until=until)
+        done = prove(folder, beacon, extent, real=real or (), workers=workers, cluster=cluster, baselines=baselines, until=until)
     except KeyboardInterrupt:
         say("finished trials are kept; the same command goes on")
         raise
@@ -162,6 +169,8 @@ def trial(
         raise InputRefused(f"trial {number} cannot be shown: {why}")
     if output.exists():
         raise InputRefused(f"'{output}' exists already; name a new folder")
+    if truth["sort"] == "real":
+        raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
     names = ("number", "sort", "machine", "strength", "beacon", "draw")
     _, files, again = make_trial(Trial(**{name: truth[name] for name in names}))
     output.mkdir(parents=True)
@@ -191,25 +200,25 @@ def _write_tables(ledger: Path, folder: Path) -> dict[str, Any]:
     held = store.read_ledger(ledger)
     if not held.scores:
         raise InputRefused(f"the ledger '{ledger}' has no scores yet; `rille prove run` goes on until it has")
-    lines, baselines = _lines(held)
+    lines, baselines, real = _lines(held)
     file = ledger.parent / AGREEMENT
     agreement = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-    numbers = as_json(lines, baselines, agreement)
-    (folder / "table.md").write_text(markdown(lines, baselines, agreement), encoding="utf-8")
+    numbers = as_json(lines, baselines, agreement, real)
+    (folder / "table.md").write_text(markdown(lines, baselines, agreement, real), encoding="utf-8")
     (folder / "table.json").write_text(json.dumps(_plain(numbers), indent=1) + "\n", encoding="utf-8")
     facts = {"beacon": held.plan.beacon, "root": held.plan.root, "version": held.plan.version, "truth kept away by": held.plan.isolation}
     write_proof_report(folder / "report.html", numbers, facts=facts)
     return numbers
 
 
-def _lines(held: "Ledger") -> tuple[list[dict[str, Any]], dict[str, list[dict[str, Any]]]]:
-    """Scores of the diagnosis, and of each baseline."""
-    lines: list[dict[str, Any]] = []
-    others: dict[str, list[dict[str, Any]]] = {}
+def _lines(held: "Ledger") -> tuple[list[dict[str, Any]], dict[str, list[dict[str, Any]]], list[dict[str, Any]]]:
+    """Scores of the diagnosis, of each baseline, and of trials of real recordings."""
+    found: dict[str, list[dict[str, Any]]] = {"diagnosis": [], "real": []}
     for score in held.scores:
         for name, line in json.loads(score.text).items():
-            (lines if name == "diagnosis" else others.setdefault(name, [])).append(line)
-    return lines, others
+            found.setdefault(name, []).append(line)
+    lines, real = found.pop("diagnosis"), found.pop("real")
+    return lines, found, real
 
 
 def _plain(value: Any) -> Any:

@@ -16,6 +16,7 @@ LIMIT = 1800.0  # [s] that an answer may take
 LAST_WORDS = 2000  # characters of a failure that are kept
 MOST_RANKED = 12
 # What is kept of the answer: all that the score reads, and what a reader of the ledger wants to see.
+ASK = "ask.json"  # in a room of real recordings: what diagnosis is asked; the recordings are imported already
 KEPT = ("verdict", "sentence", "ranked", "groups", "leftover", "unknown_like", "limits", "data_problems", "transients")
 
 
@@ -56,14 +57,14 @@ def answer_files(
         manifests = sorted(name for name in files if name.endswith(".toml"))
         hidden = [Path(secret) for secret in secrets if Path(secret).exists()]
         said: dict[str, Any] = {}
-        took = stay([rille, "import", *manifests, "-o", MODEL], folder, limit=limit, secrets=hidden)
-        begun, seconds = took.begun, took.seconds
-        if _ok(took):
-            took = stay([rille, "diagnose", MODEL, "--held-out", HELD_OUT, "--json"], folder, limit=limit, secrets=hidden)
-            seconds += took.seconds
-            if _ok(took):
-                said["diagnosis"] = _kept(json.loads(took.output))
-        if baselines and "diagnosis" in said:
+        ask = json.loads(files[ASK]) if ASK in files else ["--held-out", HELD_OUT]
+        steps = [[rille, "import", *manifests, "-o", MODEL]] if manifests else []
+        steps.append([rille, "diagnose", MODEL, *ask, "--json"])
+        stays = _through(steps, folder, limit, hidden)
+        took = stays[-1]
+        if len(stays) == len(steps) and _ok(took):
+            said["diagnosis"] = _kept(json.loads(took.output))
+        if baselines and "diagnosis" in said and ASK not in files:
             other = stay([sys.executable, "-I", "-m", "rille.cli.prove_baselines", MODEL], folder, limit=limit, secrets=hidden)
             said |= json.loads(other.output) if _ok(other) else {"baselines_failed": (other.errors or other.kind)[-LAST_WORDS:]}
         done = "diagnosis" in said
@@ -72,10 +73,22 @@ def answer_files(
             status="done" if done else took.status,
             text=canonical_json(said) if done else took.errors[-LAST_WORDS:],
             recording=digest,
-            seconds=seconds,
-            begun=begun,
+            seconds=sum(one.seconds for one in stays),
+            begun=stays[0].begun,
             ended=took.ended,
         )
+
+
+def _through(steps: Sequence[Sequence[str | Path]], folder: Path, limit: float, secrets: Sequence[Path]) -> "list[Stay]":
+    """Commands in a room, one after the other, until one fails."""
+    from rille.proof.room import stay
+
+    stays: list[Stay] = []
+    for step in steps:
+        stays.append(stay(step, folder, limit=limit, secrets=secrets))
+        if not _ok(stays[-1]):
+            break
+    return stays
 
 
 def _ok(took: "Stay") -> bool:

@@ -3,10 +3,12 @@
 import json
 import shutil
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,12 +31,14 @@ def prove(
     beacon: str,
     extent: "Extent",
     *,
+    real: Sequence[Path] = (),
     workers: int,
     cluster: str | None,
     baselines: bool,
     until: float,
 ) -> bool:
-    """Bring the proof in a folder as far as time allows. until : no new trial is begun after this [s, monotonic].
+    """Bring the proof in a folder as far as time allows. real : sheets of trials of real recordings, which come after those of the beacon.
+    until : no new trial is begun after this [s, monotonic].
 
     Returns
     -------
@@ -48,14 +52,15 @@ def prove(
     from rille.proof.trials import plan
 
     folder.mkdir(parents=True, exist_ok=True)
-    trials = plan(beacon, extent)
-    _require_same(folder, beacon, extent)
+    trials: list[Trial | RealTrial] = list(plan(beacon, extent))
+    trials += [RealTrial(number=n, sheet=sheet) for n, sheet in enumerate(real, start=len(trials))]
+    _require_same(folder, beacon, extent, real)
     ledger = folder / LEDGER
     with _opened_pool(workers, cluster) as pool:
         if not ledger.exists():
             if not _make(pool, folder, trials, until):
                 return False
-            _seal(folder, trials, beacon, extent)
+            _seal(folder, beacon, trials)
         root = store.read_ledger(ledger).plan.root
         say(f"sealed: Merkle root {root}")
         if not _answer(pool, folder, until, baselines):
@@ -65,11 +70,12 @@ def prove(
     return True
 
 
-def _require_same(folder: Path, beacon: str, extent: "Extent") -> None:
+def _require_same(folder: Path, beacon: str, extent: "Extent", real: Sequence[Path]) -> None:
     """The folder is new, or of this very proof."""
     from rille.model import InputRefused
 
-    asked = {"beacon": beacon, "counts": dict(extent.counts), "machines": list(extent.machines), "strengths": list(extent.strengths)}
+    asked: dict[str, Any] = {"beacon": beacon, "counts": dict(extent.counts), "machines": list(extent.machines)}
+    asked |= {"strengths": list(extent.strengths), "real": [sheet.name for sheet in real]}
     file = folder / "plan.json"
     if file.exists():
         kept = json.loads(file.read_text(encoding="utf-8"))
@@ -107,21 +113,21 @@ def _opened_pool(workers: int, cluster: str | None) -> Iterator[_Pool]:
         yield _Pool(executor=client.get_executor(pure=False), size=sum(client.nthreads().values()))
 
 
-def _each(pool: _Pool, what: str, work: Callable[..., Any], asked: Sequence[tuple], finish: Callable[[Any], None], until: float) -> bool:
-    """Do all that is asked, as many at a time as there are workers, nothing new after ``until`` [s, monotonic]. Whether all is done."""
-    begin, count, waiting = time.monotonic(), 0, list(reversed(asked))
+def _each(pool: _Pool, what: str, work: Sequence[Callable[[], Any]], finish: Callable[[Any], None], until: float) -> bool:
+    """Do all the work, as many at a time as there are workers, nothing new after ``until`` [s, monotonic]. Whether all is done."""
+    begin, count, waiting = time.monotonic(), 0, list(reversed(work))
     running: set[Future] = set()
     while waiting or running:
         while waiting and len(running) < pool.size and time.monotonic() < until:
-            running.add(pool.executor.submit(work, *waiting.pop()))
+            running.add(pool.executor.submit(waiting.pop()))
         if not running:
             return False
         future = next(as_completed(running))
         running.discard(future)
         finish(future.result())
         count += 1
-        left = (time.monotonic() - begin) / count * (len(asked) - count)
-        say(f"{what} {count} of {len(asked)}, about {left / 60:.0f} min left")
+        left = (time.monotonic() - begin) / count * (len(work) - count)
+        say(f"{what} {count} of {len(work)}, about {left / 60:.0f} min left")
     return True
 
 
@@ -154,7 +160,22 @@ def make_trial(trial: "Trial") -> tuple[int, dict[str, bytes], dict[str, Any]]:
     )
 
 
-def _make(pool: _Pool, folder: Path, trials: "Sequence[Trial]", until: float) -> bool:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RealTrial:
+    """A trial of real recordings. sheet : see ``rille.proof.real``."""
+
+    number: int
+    sheet: Path
+
+
+def _making(trial: "Trial | RealTrial") -> Callable[[], tuple[int, Files, Mapping[str, Any]]]:
+    """The work of making a trial."""
+    from rille.cli.prove_real import make_real_trial
+
+    return partial(make_real_trial, trial.number, trial.sheet) if isinstance(trial, RealTrial) else partial(make_trial, trial)
+
+
+def _make(pool: _Pool, folder: Path, trials: "Sequence[Trial | RealTrial]", until: float) -> bool:
     """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed."""
     truths = folder / TRUTHS
     truths.mkdir(mode=0o700, exist_ok=True)
@@ -171,14 +192,14 @@ def _make(pool: _Pool, folder: Path, trials: "Sequence[Trial]", until: float) ->
         part.write_text(json.dumps(truth), encoding="utf-8")
         part.rename(truths / f"{number:03d}.json")  # the last step: what has a truth is whole
 
-    waiting = [(trial,) for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
-    return _each(pool, "made", make_trial, waiting, keep, until)
+    waiting = [_making(trial) for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
+    return _each(pool, "made", waiting, keep, until)
 
 
 # --- sealed
 
 
-def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, extent: "Extent") -> None:
+def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> None:
     """Truths and nonces into the vault, seals and Merkle root into a new ledger."""
     import rille
     from rille import store
@@ -198,11 +219,11 @@ def _seal(folder: Path, trials: "Sequence[Trial]", beacon: str, extent: "Extent"
         version=rille.__version__,
         code=code_digest(()),
         isolation=isolation(),
-        counts={str(sort): n for sort, n in extent.counts.items()},
+        counts=dict(Counter("real" if isinstance(trial, RealTrial) else str(trial.sort) for trial in trials)),
         root=merkle_root([seal(truth) for truth in truths]),
         sealed=time.time(),
     )
-    machines = {trial.number: trial.machine for trial in trials}
+    machines = {trial.number: trial.sheet.stem if isinstance(trial, RealTrial) else trial.machine for trial in trials}
     sealed = [
         SealedTrial(
             number=truth.trial,
@@ -237,8 +258,9 @@ def _answer(pool: _Pool, folder: Path, until: float, baselines: bool) -> bool:
         last[0] = answer.chain
 
     have = {answer.trial for answer in ledger.answers}
-    waiting = [(t.number, _files(folder / ROOMS / f"{t.number:03d}"), secrets, baselines) for t in ledger.trials if t.number not in have]
-    return _each(pool, "answered", answer_files, waiting, keep, until)
+    rooms = {t.number: folder / ROOMS / f"{t.number:03d}" for t in ledger.trials if t.number not in have}
+    waiting = [partial(answer_files, number, _files(room), secrets, baselines) for number, room in rooms.items()]
+    return _each(pool, "answered", waiting, keep, until)
 
 
 def _files(room: Path) -> dict[str, bytes]:
@@ -275,8 +297,8 @@ def _agree(pool: _Pool, folder: Path, beacon: str, machines: Sequence[str]) -> N
     if file.exists():
         return
     found: dict[str, list[float]] = {}
-    asked = [(beacon, machine, draw) for machine in machines for draw in range(DRAWS)]
-    _each(pool, "compared", agreement, asked, lambda one: found.setdefault(one[0], []).append(one[1]), float("inf"))
+    work = [partial(agreement, beacon, machine, draw) for machine in machines for draw in range(DRAWS)]
+    _each(pool, "compared", work, lambda one: found.setdefault(one[0], []).append(one[1]), float("inf"))
     worst = {machine: max(values) for machine, values in sorted(found.items())}
     file.write_text(json.dumps(worst) + "\n", encoding="utf-8")
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rille.model.ledger import Answer
+from rille.proof.pulses import score_pulses
 
 NAN = float("nan")
 NAMING = ("named", "group", "parameter", "sensor_fault")  # verdicts that give a name
@@ -137,8 +138,29 @@ def score(truth: Json, answer: Json | None, status: str = "done", seconds: float
 def score_answer(truth: Json, answer: Answer) -> dict[str, Any]:
     """Scores of all that was said of a trial, as plain JSON values: of the diagnosis, and of each baseline by its name."""
     said = json.loads(answer.text) if answer.status == "done" else {}
+    if truth["sort"] == "real":
+        return {"real": score_real(truth, said.get("diagnosis"), answer.status, answer.seconds)}
     scores = {"diagnosis": score(truth, said.get("diagnosis"), answer.status, answer.seconds).as_json()}
     return scores | {name: score(truth, _as_answer(one)).as_json() for name, one in said.items() if name in BASELINES}
+
+
+def score_real(truth: Json, answer: Json | None, status: str, seconds: float) -> dict[str, Any]:
+    """The score of one trial of real recordings: how many of the concealed things were found (``right`` of ``of``) among how many that
+    were named (``said``), what was answered, and G where something was held out.
+    """
+    facts = {"trial": truth["number"], "title": truth["title"], "status": status, "seconds": seconds}
+    concealed = len(truth.get("pulses", ()) or truth["pieces"])
+    if answer is None:
+        return facts | {"verdict": "", "answer": "", "right": 0, "of": concealed, "said": 0, "gap": None}
+    ranked = answer["ranked"]
+    best = ranked[0] if ranked and answer["verdict"] in NAMING else None
+    facts |= {"verdict": answer["verdict"], "gap": (answer.get("proof") or {}).get("gap_closed")}
+    if "pulses" in truth:
+        return facts | {"answer": ""} | score_pulses(truth, answer["transients"])
+    terms = [term for entry in ranked if best is not None and entry["group"] == best["group"] for term in entry["terms"]]
+    right = sum(any(same(term, piece) for term in terms) for piece in truth["pieces"])
+    said = len(best["terms"]) if best is not None else 0
+    return facts | {"answer": best["title"] if best is not None else "", "right": right, "of": concealed, "said": said}
 
 
 def _as_answer(said: Json) -> Json:

@@ -215,8 +215,10 @@ def by_sort_and_strength(line: Line) -> tuple:
     return list(TITLES).index(line["sort"]), line["strength"]
 
 
-def as_json(lines: Sequence[Line], baselines: Mapping[str, Sequence[Line]], agreement: Mapping[str, float]) -> dict[str, Any]:
-    """All that the table and the page show, as plain JSON values (NaN: does not apply)."""
+def as_json(
+    lines: Sequence[Line], baselines: Mapping[str, Sequence[Line]], agreement: Mapping[str, float], real: Sequence[Line] = ()
+) -> dict[str, Any]:
+    """All that the table and the page show, as plain JSON values (NaN: does not apply). real : scores of trials of real recordings."""
     strong = {name: [line for line in own if line["strength"] >= STRONG] for name, own in {"rille diagnose": lines, **baselines}.items()}
     return {
         "trials": len(lines),
@@ -229,11 +231,14 @@ def as_json(lines: Sequence[Line], baselines: Mapping[str, Sequence[Line]], agre
         "risk_coverage": risk_coverage(lines),
         "baselines": {name: {"one": _row(_of(own, "one")), "all": _row(own)} for name, own in strong.items() if own},
         "agreement": dict(agreement),
+        "real": list(real),
         "scores": list(lines),
     }
 
 
-def markdown(lines: Sequence[Line], baselines: Mapping[str, Sequence[Line]], agreement: Mapping[str, float]) -> str:
+def markdown(
+    lines: Sequence[Line], baselines: Mapping[str, Sequence[Line]], agreement: Mapping[str, float], real: Sequence[Line] = ()
+) -> str:
     """The table for people."""
     text = ["| aim | reached | 95 % | bound | trials |\n|---|--:|--:|--:|--:|\n"]
     for one in aims(lines, baselines):
@@ -254,7 +259,16 @@ def markdown(lines: Sequence[Line], baselines: Mapping[str, Sequence[Line]], agr
     if agreement:
         text.append("\n| machine | generator and solver differ by (nothing concealed, RMS over the noise of the sensors) |\n|---|--:|\n")
         text += [f"| {name} | {value:.2g} |\n" for name, value in sorted(agreement.items())]
+    if real:
+        text.append("\n| real recordings | concealed | found | named | held-out gap closed |\n|---|--:|--:|--:|--:|\n")
+        text += [
+            f"| {one['title']} | {one['of']} | {one['right']} | {one['said']} | {_cell('gap', _number(one['gap']))} |\n" for one in real
+        ]
     return "".join(text)
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
 
 
 def _cell(column: str, value: float) -> str:

@@ -36,6 +36,7 @@ FEW_NUMBERS = 2
 MOMENTARY = 2  # hypotheses that are looked for all over the time, if something short happened
 PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
+ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from which one may stand in the other's place; so many at most
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what the best fit keeps, for that
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
@@ -104,9 +105,23 @@ def _look(
         if not singles:
             state.notes.append("no hypothesis changes the recordings towards what was measured")
         return False
-    rivals = [one.setting[-1] for one in chances] + [singles[i - 1].setting[-1] for i in order]
-    new = len(taken.setting) - len(judge.on_top)
-    return settle(state, evidence, taken, [*state.rivals, *[rivals] * new], n, on_progress)
+    others = [one.setting[-1] for one in chances] + [singles[i - 1].setting[-1] for i in order]
+    rivals = [[*_alike(screened, piece.hypothesis), *others] for piece in taken.setting[len(judge.on_top) :]]
+    return settle(state, evidence, taken, [*state.rivals, *rivals], n, on_progress)
+
+
+def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
+    """The hypotheses that change the residuals most as a given one does: who could stand in its place, whatever they explain alone."""
+    own = next((s for s in screened.signatures if same(s.hypothesis, hypothesis)), None)
+    if own is None or not np.any(own.direction):
+        return []
+    found = []
+    for s in screened.signatures:
+        size = float(np.linalg.norm(s.direction) * np.linalg.norm(own.direction))
+        likeness = float(s.direction @ own.direction) / size if size > 0 and s is not own else 0.0
+        if likeness > ALIKE or (likeness < -ALIKE and not s.one_sided):
+            found.append((abs(likeness), s))
+    return [s.hypothesis.at(s.values) for _, s in sorted(found, key=lambda one: -one[0])[:STAND_INS]]
 
 
 def _second_chances(

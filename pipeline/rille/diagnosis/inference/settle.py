@@ -155,10 +155,9 @@ def _best_of_each(some: Sequence[Fitted], others: Sequence[Fitted]) -> list[Fitt
 def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
     """The setting itself, and each of its pieces against its rivals and simpler ones of its target, whosever rivals they were."""
     found = [taken]
-    most = RIVALS if len(rivals) == 1 else RIVALS // 2
     for k, own in enumerate(rivals, start=always):
         piece = taken[k].hypothesis
-        others = [term for term in own if not same(term.hypothesis, piece)][:most]
+        others = [term for term in own if not same(term.hypothesis, piece)][:RIVALS]
         others += [t for each in rivals for t in each if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)]
         for term in others:
             setting = (*taken[:k], term, *taken[k + 1 :])
