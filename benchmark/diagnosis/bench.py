@@ -83,12 +83,14 @@ def main() -> int:
 
 def make_one(name: str, folder: Path) -> int:
     """The files of a trial, with its truth."""
-    from making import Unreachable, make
+    from making import make
+
+    from rille.proof.strength import Unreachable
 
     try:
         truth = make(trial_named(name), folder)
     except Unreachable as error:
-        print(error, file=sys.stderr)
+        print(f"{name}: {error}", file=sys.stderr)
         return 1
     (folder / "truth.json").write_text(json.dumps(asdict(truth), indent=2) + "\n", encoding="utf-8")
     print(f"{name}: {truth.numbers}, excess {truth.strength:.2f} times the noise in {truth.channel}; {folder}/model.db")
@@ -98,8 +100,11 @@ def make_one(name: str, folder: Path) -> int:
 def do_one(trial: Trial, kept: Path | None = None) -> dict:
     """Make, diagnose and score one trial."""
     from asking import diagnose_files
-    from making import HELD_OUT, TRAINING, Unreachable, make
+    from making import make
     from scoring import scored
+
+    from rille.proof.strength import Unreachable
+    from rille.proof.trials import HELD_OUT, TRAINING
 
     with tempfile.TemporaryDirectory() as place:
         folder = kept or Path(place) / "trial"
@@ -115,7 +120,7 @@ def do_one(trial: Trial, kept: Path | None = None) -> dict:
         facts = {"trial": trial.name, "truth": asdict(truth), "making": made}
         begin = time.perf_counter()
         try:
-            answer = diagnose_files(folder / "model.db", TRAINING, HELD_OUT, without=trial.concealed)
+            answer = diagnose_files(folder / "model.db", TRAINING, (HELD_OUT,), without=trial.concealed)
         except Exception:
             return facts | {"status": "crashed", "message": traceback.format_exc()[-2000:]}
         score = scored(truth, answer, time.perf_counter() - begin)
@@ -124,7 +129,9 @@ def do_one(trial: Trial, kept: Path | None = None) -> dict:
 
 def size_one(trial: Trial, kept: Path | None = None) -> dict:
     """How large the fault of a trial must be: -1, if it cannot be so strong."""
-    from making import Maker, Unreachable
+    from making import Maker
+
+    from rille.proof.strength import Unreachable
 
     with tempfile.TemporaryDirectory() as place:
         begin = time.perf_counter()

@@ -1,25 +1,20 @@
 """What a diagnosis is worth, when the truth is known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from making import Truth
-from subjects import Subject, subject
+from subjects import subject
 from trials import trial_named
 
 from rille.diagnosis.bench.bench_rig import LOG
 from rille.model.diagnosis import NAMING, Diagnosis, RankedHypothesis
 from rille.model.hypothesis import Hypothesis, Term
+from rille.proof.scoring import SYNONYMS
+from rille.proof.subject import Subject, near
 
 CLASS_OF = {"none": "nothing_missing", "parameter": "parameter", "sensor": "sensor_fault"}  # verdict that says what it is
-# The same thing under other words: (cause, kind) of the truth -> kinds that say it too.
-SYNONYMS: Mapping[tuple[str, str], tuple[str, ...]] = {
-    ("parameter", "mass"): ("mass_change",),
-    ("parameter", "viscous_friction"): ("viscous_friction.coefficient",),
-    ("parameter", "frictional_modulus"): ("stiffness",),  # of both moduli; the cohesive one is small in this soil
-    ("effect", "exit_angle"): ("exit_sinkage_ratio",),  # a change of lambda, as effect or as number
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,16 +117,9 @@ def _located(answer: Diagnosis, truth: Truth, machine: Subject) -> bool:
     found = [target.name for target in sorted(answer.location.targets, key=lambda t: -t.share) if target.differs][:3]
     if truth.target == "*":
         return bool(found)
-    near = {truth.target}
-    for joint in machine.rover.joints:
-        if truth.target in (joint.name, joint.child, joint.parent):
-            near |= {joint.name, joint.child, joint.parent or joint.name}
-    for gear in machine.rover.gears:
-        if near & {gear.joint_a, gear.joint_b}:
-            near |= {gear.joint_a, gear.joint_b}
     if truth.cause == "sensor":
         return any(truth.target.startswith(name) for name in found)
-    return bool(near & set(found))
+    return bool(set(near(machine, truth.target)) & set(found))
 
 
 def relative_error(term: Term, truth: Truth, machine: Subject) -> float:

@@ -5,20 +5,12 @@ from dataclasses import dataclass, replace
 from zlib import crc32
 
 import numpy as np
-from faults import (
-    NOTHING,
-    SENSOR_FAULTS,
-    WRONG_NUMBERS,
-    Fault,
-    all_effects,
-    effect_fault,
-    parameter_fault,
-    sensor_fault,
-    sensor_targets,
-)
+from faults import OWN, hidden_number
+from instrument_sets import channels
 from subjects import MAKERS, subject
 
 from rille import store
+from rille.proof.hidden import SENSOR_FAULTS, WRONG_NUMBERS, Hidden, all_effects, hidden_effect, hidden_sensor_fault
 
 STRENGTHS = (1.0, 2.0, 5.0)
 SMALL = ("pendulum", "arm", "free_body", "bench")
@@ -53,14 +45,16 @@ class Trial:
         same = self.name if purpose == "noise" else "/".join([self.machine, self.cause, self.kind, self.target, str(self.seed)])
         return np.random.default_rng([crc32(same.encode()), crc32(purpose.encode())])
 
-    def fault(self) -> Fault:
-        """What is wrong, but for its size."""
+    def fault(self) -> Hidden | None:
+        """What is wrong, but for its size; None: nothing."""
         machine, rng = subject(self.machine), self.random("fault")
         if self.cause == "effect":
-            return effect_fault(machine, store.find_effect_kind(self.kind), self.target, rng)
+            return hidden_effect(machine, store.find_effect_kind(self.kind), self.target, rng, own=OWN)
         if self.cause == "parameter":
-            return parameter_fault(machine, self.kind, self.target, rng)
-        return sensor_fault(machine, self.kind, self.target, rng) if self.cause == "sensor" else NOTHING
+            return hidden_number(self.kind, self.target, rng)
+        if self.cause == "sensor":
+            return hidden_sensor_fault(channels(machine)[self.target], self.kind, self.target, rng)
+        return None
 
 
 def trial_named(name: str) -> Trial:
@@ -89,14 +83,14 @@ def _of_machine(machine: str, seed: int) -> Iterator[Trial]:
     made = subject(machine)
     rng = np.random.default_rng([crc32(machine.encode()), seed])
     at: dict[str, list[str]] = {}
-    for kind, target in all_effects(made):
+    for kind, target in all_effects(made, store.effect_kinds()):
         at.setdefault(kind.name, []).append(target)
     if machine not in SMALL:
         at = {kind: [str(rng.choice(targets))] for kind, targets in at.items()}
     faults = [("effect", kind, target) for kind, targets in at.items() for target in targets]
     faults += [("parameter", kind, target) for kind, target in WRONG_NUMBERS[machine]]
     if made.kind == "time":
-        faults += [("sensor", kind, str(rng.choice(sensor_targets(made)))) for kind in SENSOR_FAULTS]
+        faults += [("sensor", kind, str(rng.choice(list(channels(made))))) for kind in SENSOR_FAULTS]
     for cause, kind, target in faults:
         for strength in STRENGTHS[-1:] if kind == "wrong_sign" else STRENGTHS:
             yield Trial(machine=machine, cause=cause, kind=kind, target=target, strength=strength, seed=seed)

@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmark/diagnosis"))
 
 from calibrating import reliability
-from making import HELD_OUT, TRAINING, Maker, Truth, make
+from making import Maker, Truth, make
 from scoring import relative_error, same, scored
 from subjects import MAKERS, subject
 from tables import write_tables
@@ -21,6 +21,7 @@ from rille.diagnosis.inference.weights import Calibration
 from rille.diagnosis.inference.weights import Trial as Weighed
 from rille.model.diagnosis import Diagnosis, Group, Location, NamedTerm, RankedHypothesis, TargetScore
 from rille.model.hypothesis import FreeNumber, Hypothesis
+from rille.proof.trials import HELD_OUT, TRAINING
 
 COULOMB = Trial(machine="pendulum", cause="effect", kind="coulomb_friction", target="elbow", strength=2.0, seed=7)
 
@@ -53,7 +54,7 @@ def test_a_fault_is_as_strong_as_wanted_and_the_recordings_are_sound(tmp_path, n
     assert truth.strength == pytest.approx(trial.strength, rel=0.35)
     assert any(truth.numbers.values())
     database = tmp_path / "model.db"
-    assert set(store.recording_names(database)) == {*TRAINING, *HELD_OUT}
+    assert set(store.recording_names(database)) == {*TRAINING, HELD_OUT}
     for recorded in store.recording_names(database):
         recording = store.read_recording(database, recorded)
         assert not [f for f in recording.findings if f.severity == "error"]

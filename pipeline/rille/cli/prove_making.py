@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rille.model.recording import Recording
     from rille.proof.making import Excess, Made
+    from rille.proof.subject import Subject
     from rille.proof.trials import Drawn
 
 WINDOW = 0.5  # [s] in which the strength is measured
@@ -19,14 +20,20 @@ def write_model(drawn: "Drawn", path: Path) -> None:
     from rille import store
 
     path.unlink(missing_ok=True)
-    machine = drawn.machine
+    write_subject(drawn.machine, path)
+    for scenario in drawn.scenarios:
+        store.write_scenario(path, scenario)
+
+
+def write_subject(machine: "Subject", path: Path) -> None:
+    """The model of a machine as a new database."""
+    from rille import store
+
     store.create(path)
     store.write_rover(path, machine.rover)
     if machine.terrain is not None:
         store.write_terrain(path, machine.terrain)
     store.write_effects(path, machine.effects)
-    for scenario in drawn.scenarios:
-        store.write_scenario(path, scenario)
 
 
 def excess_of(model: Path) -> "Excess":
@@ -67,23 +74,23 @@ def make_room(drawn: "Drawn", folder: Path) -> "Made":
     return made
 
 
-def write_recording(recording: "Recording", folder: Path, *, hides_noise: bool) -> Path:
-    """File and manifest of a recording; returns the manifest."""
+def write_recording(recording: "Recording", folder: Path, *, hides_noise: bool, accepted: "Sequence[str]" = ACCEPTED) -> Path:
+    """File and manifest of a recording; returns the manifest. accepted : findings that the data gate is not to refuse."""
     from rille.model.sheet import toml_string
     from rille.recording.writing import manifest_text, write_recording_file
 
     if recording.kind == "points":
-        return _write_points(recording, folder)
+        return write_points(recording, folder, hides_noise=hides_noise)
     file = folder / f"{recording.name}.parquet"
     addresses = write_recording_file(file, recording, {})
     text = manifest_text(recording, file.name, "parquet", addresses, hidden=frozenset(["noise"]) if hides_noise else frozenset())
     manifest = file.with_suffix(".toml")
-    accepted = ", ".join(toml_string(code) for code in ACCEPTED)
-    manifest.write_text(f"accepted = [{accepted}]\n{text}", encoding="utf-8")
+    codes = ", ".join(toml_string(code) for code in accepted)
+    manifest.write_text(f"accepted = [{codes}]\n{text}", encoding="utf-8")
     return manifest
 
 
-def _write_points(recording: "Recording", folder: Path) -> Path:
+def write_points(recording: "Recording", folder: Path, *, hides_noise: bool = False) -> Path:
     """A table of points and its manifest."""
     import numpy as np
 
@@ -96,7 +103,7 @@ def _write_points(recording: "Recording", folder: Path) -> Path:
     for channel in recording.channels:
         lines += ["", "[[channel]]", f'column = "{channel.name}"', f'quantity = "{channel.quantity}"', f'target = "{channel.target}"']
         lines += [f'unit = "{channel.unit}"', f'role = "{channel.role}"']
-        lines += [f'noise = "{channel.noise!r} {channel.unit}"'] if channel.noise else []
+        lines += [f'noise = "{channel.noise!r} {channel.unit}"'] if channel.noise and not hides_noise else []
     manifest = file.with_suffix(".toml")
     manifest.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return manifest

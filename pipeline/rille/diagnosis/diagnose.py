@@ -5,8 +5,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from rille.diagnosis.answer.data_problems import data_problems, took_no_part
 from rille.diagnosis.answer.limits import limits
 from rille.diagnosis.answer.locate import locate
@@ -15,6 +13,7 @@ from rille.diagnosis.answer.prove import carries_over, prove
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.comparison.difference import find_difference
+from rille.diagnosis.evidence.floor import chi2_floor
 from rille.diagnosis.evidence.held_out import Parts, extent, held_out_parts
 from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
@@ -23,10 +22,11 @@ from rille.diagnosis.evidence.window_length import LENGTHS
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_known
 from rille.diagnosis.hypotheses.natural import natural
 from rille.diagnosis.hypotheses.tries import place_tries
-from rille.diagnosis.inference.found import Found
+from rille.diagnosis.inference.found import Found, with_doubt
 from rille.diagnosis.inference.patches import patch_tries, window_places
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.inference.unknown import Unknown, find_unknown
+from rille.diagnosis.inference.weights import none_of_these
 from rille.diagnosis.second_look import EDGES, LEAST, SEAM, Look, may_hide, takes_over
 from rille.diagnosis.staged import Progress, Stage, Staged, Told, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
@@ -39,7 +39,6 @@ from rille.model.recording import Recording
 
 Noise = dict[str, tuple[float, str]]
 MOST_ENDED = 0.5  # share of the windows that may end early
-UNSTATED = 0.25  # share of its variance by which noise is understated if it is taken from how neighbouring samples jump
 MOST_RIVALS = 4  # members of a group that experiments are planned for
 NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 CLEARLY = 2.0  # times its noise: a channel that is off by so much is no false alarm
@@ -160,8 +159,10 @@ def _diagnosed(
     if setting:
         shown = {"terms": found.terms, "training": (base, improved)}
         proof, _ = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
-    if proof is not None and found.verdict in NAMING and not carries_over(proof, pieces=len(found.setting)):
-        found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
+    if proof is not None and found.verdict in NAMING:
+        found = with_doubt(found, none_of_these(proof.left) if math.isfinite(proof.left) else 0.0)
+        if found.nothing > 0.5 or not carries_over(proof, pieces=len(found.setting)):
+            found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return Look(_answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict), base)
 
@@ -211,7 +212,7 @@ def _search(
     found = search(
         evidence,
         hypotheses,
-        floor=_floor(evidence, like["noise"]),
+        floor=chi2_floor(evidence, like["noise"]),
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
         tries={**place_tries(hypotheses, machine, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
@@ -247,12 +248,6 @@ def _unplaced(simulator: Any, evidence: ReplayEvidence) -> list[str]:
         for c, seen in zip(starts.coordinates, starts.seen.T, strict=True)
         if c.kind == "joint" and not seen.any() and c.name not in held
     ]
-
-
-def _floor(evidence: ReplayEvidence, noise: Noise) -> float:
-    """Chi-squared per degree that noise alone may give: more where it is not stated and its slow part is unknown."""
-    unstated = [noise[channel.name][1] != "stated" for channel in evidence.channels]
-    return 1.0 + UNSTATED * float(np.mean(np.array(unstated)[evidence.channel])) if len(evidence.channel) else 1.0
 
 
 def _experiments(simulator: Any, parts: Parts, found: Found, told: Told) -> tuple[Experiment, ...]:

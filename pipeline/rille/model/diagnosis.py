@@ -155,6 +155,7 @@ class ChannelFit:
 class Proof:
     """Replay of recordings (or windows) that the fit has not seen. gap_closed : G = (R0 - R1)/(R0 - Rfloor) with 95 % interval.
     R is the root mean square in sigmas. channels : one row each, also of the training part. held_out : what was held out, in words.
+    left : share of the excess of chi-squared there that stays, chance set aside; NaN if there was none.
     """
 
     gap_closed: float
@@ -164,6 +165,7 @@ class Proof:
     after: float
     floor: float
     held_out: str
+    left: float = NAN
     channels: tuple[ChannelFit, ...] = ()
     ablation: tuple[tuple[str, float], ...] = ()
 

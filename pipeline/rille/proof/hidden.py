@@ -174,11 +174,10 @@ SENSOR_FAULTS = ("bias", "scale", "delay", "drift", "clock_skew", "saturation", 
 USUAL = {"joint.position": 0.01, "joint.velocity": 0.1, "joint.effort": 0.1, "part.position": 0.01, "part.orientation": 0.01}
 
 
-def hidden_sensor_fault(sensors: Sensors, kind: str, channel: str, rng: np.random.Generator) -> Hidden:
+def hidden_sensor_fault(quantity: str, kind: str, channel: str, rng: np.random.Generator) -> Hidden:
     """A channel that lies. Sizes in what is usual for its quantity."""
-    sensor = next(s for s in sensors.sensors if s.channel == channel)
     sign = float(rng.choice([-1.0, 1.0]))
-    unit = USUAL.get(sensor.quantity, 0.02)
+    unit = USUAL.get(quantity, 0.02)
     name, value, most = {
         "bias": ("offset", sign * unit, 1e4),
         "scale": ("relative_error", sign * 0.05, 15.0),

@@ -1,6 +1,6 @@
 """Points of a wheel bench: conditions drawn at random, each twice, with noise."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,19 @@ def points_recording(
     where = conditions(rng)
     soil, wheel = machine.terrain.soils[0], machine.rover.wheels[0]
     made = bench_points(rim(wheel), soil, LAW, **where, laws=(*machine.effects, *laws), gravity=abs(machine.gravity[2]), speed=SPEED)
+    return as_measured(machine, name, where, made, noise)
+
+
+def as_measured(
+    machine: Subject,
+    name: str,
+    where: Mapping[str, NDArray[np.float64]],
+    made: Mapping[str, NDArray[np.float64]],
+    noise: np.random.Generator,
+) -> Recording:
+    """The recording of what a bench would measure without noise (``made``, words as in ``MEASURED``) under conditions ``where``."""
+    assert machine.terrain is not None
+    soil, wheel = machine.terrain.soils[0], machine.rover.wheels[0]
     channels = [_channel(wheel.name, word, *CONDITIONS[word], where[word], "command", None) for word in CONDITIONS]
     for word, (quantity, unit, sigma) in MEASURED.items():
         said = made[word] + sigma * noise.standard_normal(len(made[word]))

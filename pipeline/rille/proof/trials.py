@@ -152,8 +152,8 @@ class Drawn:
             case "sensor":
                 assert self.sensors is not None
                 faults = SENSOR_FAULTS if self.trial.strength >= 5 else SENSOR_FAULTS[:-1]  # a turned sign is never small
-                channel = self.sensors.sensors[int(rng.integers(len(self.sensors.sensors)))].channel
-                return (hidden_sensor_fault(self.sensors, str(rng.choice(faults)), channel, rng),)
+                sensor = self.sensors.sensors[int(rng.integers(len(self.sensors.sensors)))]
+                return (hidden_sensor_fault(sensor.quantity, str(rng.choice(faults)), sensor.channel, rng),)
 
     def _effect(self, rng: np.random.Generator) -> Hidden:
         """An effect of the catalogue: each kind as likely as any other, at a target drawn."""

@@ -11,9 +11,11 @@ from rille.diagnosis.comparison.block_errors import DRAWS
 from rille.diagnosis.comparison.pooled import root_mean_square
 from rille.diagnosis.evidence.applied import Simulators
 from rille.diagnosis.evidence.evidence import Metric
+from rille.diagnosis.evidence.floor import chi2_floor
 from rille.diagnosis.evidence.held_out import Parts
 from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
+from rille.diagnosis.inference.accept import SIGNIFICANT
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import ChannelFit, NamedTerm, Proof
 from rille.model.hypothesis import Setting
@@ -23,6 +25,7 @@ Progress = Callable[[int, int, str], None] | None
 FLOOR = 1.0  # [sigma] root mean square of noise
 LEAST = 4  # blocks of windows that an interval needs
 LEAST_GAP, PLAIN = 0.7, 1.2  # that an answer closes at least, where what was held out is so far beyond the noise [sigma]
+SEEN = 2.0  # standard deviations of chi-squared from which on an excess is one
 BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
 
 
@@ -71,6 +74,7 @@ def prove(
         after=_root(sizes[1].sum(axis=1)),
         floor=FLOOR,
         held_out=parts.how,
+        left=_left(sizes[0], sizes[1], chi2_floor(held, noise)),
         ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
     )
     return _with_channels(proof, rows), [*training[1], *improved]
@@ -96,6 +100,19 @@ def _gap(before: NDArray[Any], after: NDArray[Any]) -> Any:
     """G of (2, ...) chi-squared and degrees before and after."""
     first, second = np.maximum(_root(before), FLOOR), np.maximum(_root(after), FLOOR)
     return np.where(first > FLOOR, (first - second) / np.where(first > FLOOR, first - FLOOR, 1.0), np.nan)[()]
+
+
+def _left(before: Array, after: Array, floor: float) -> float:
+    """Share of the excess beyond noise that stays, chance set aside; where there was none, 1 if now there is, else NaN.
+
+    before, after : (2, W) chi-squared and degrees. floor : chi-squared per degree of noise.
+    """
+    (c0, d0), (c1, d1) = before.sum(axis=1), after.sum(axis=1)
+    excess, rest = c0 - floor * d0, c1 - floor * d1
+    chance = [floor * float(np.sqrt(2.0 * max(d, 1.0))) for d in (d0, d1)]
+    if excess <= SEEN * chance[0]:
+        return 1.0 if rest > max(SIGNIFICANT * chance[1], 2.0 * max(excess, 0.0)) else float("nan")
+    return min(1.0, max(0.0, rest - SEEN * chance[1]) / excess)
 
 
 def _interval(before: Array, after: Array) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rille.diagnosis.answer.data_problems import data_problems
+from rille.diagnosis.answer.prove import carries_over
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.bench.bench_answer import ablation, accepted_terms, applied, proof, ranking, soil_terms
 from rille.diagnosis.bench.bench_calibration import calibrate_shared, free_numbers, plain
@@ -21,7 +22,7 @@ from rille.diagnosis.comparison.difference import find_difference
 from rille.diagnosis.inference.weights import probabilities
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
-from rille.model.diagnosis import Diagnosis, Experiment, Group, Location, NamedTerm, Proof, RankedHypothesis, TargetScore, Verdict
+from rille.model.diagnosis import NAMING, Diagnosis, Experiment, Group, Location, NamedTerm, Proof, RankedHypothesis, TargetScore, Verdict
 from rille.model.difference import Difference
 from rille.model.hypothesis import Hypothesis, Setting
 
@@ -127,6 +128,8 @@ def diagnose_bench(
     on_progress("proof", 0.92)
     proven: Proof | None = stage("proof", lambda: _proof(evidence, rigs, found, held_out))
     on_progress("planning the next points", 0.96)
+    if proven is not None and held_out and verdict in NAMING and not carries_over(proven):
+        verdict = "unknown"
     experiments: tuple[Experiment, ...] = stage("experiments", lambda: _experiments(evidence, found, groups))
     stage("improved", lambda: [_compared(rig, found.best.whole.setting, model) for rig in rigs])
     limits = (*((limit,) if limit else ()), *limits)

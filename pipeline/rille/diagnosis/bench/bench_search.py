@@ -2,11 +2,12 @@
 
 A point of a bench is calculated in microseconds and soil numbers bend everything, so that nothing is linearised here: each hypothesis is
 fitted jointly with the soil on all points, and again without each part, which then is predicted. Hypotheses are accepted one on top of the
-other.
+other; where one is not all, those that did well are tried two at a time.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.stats import f, norm
@@ -17,13 +18,14 @@ from rille.diagnosis.evidence.evidence import Array
 from rille.diagnosis.inference.accept import LEAST_EXCESS, NATS
 from rille.diagnosis.inference.confound import TIED, title_of
 from rille.diagnosis.inference.rank import standard_errors_that_count
-from rille.model.hypothesis import Hypothesis, Setting
+from rille.model.hypothesis import Hypothesis, Setting, Term
 
 Progress = Callable[[str, float], None]
 FITTED = 24  # hypotheses that are fitted, of those that promise something
 ITERATIONS = 20
 OTHERS = 2  # soils that a fit begins from beside the one that is accepted
 SURVIVORS = 8  # that are judged by parts left out, of those that were fitted
+PAIRED = 8  # hypotheses that are fitted two at a time
 STEPS = 4  # of the fits to all parts but one,
 LENGTHS = (1.0, 0.3, 0.1)  # and their lengths
 LEAST_DROP = 0.01  # of the excess, for the same
@@ -115,6 +117,11 @@ def search_bench(
         if not _accepted(evidence, found, start):
             break
         best = found.rivals[0]
+    left = excess(evidence, best.whole.residual, free + len(best.extra)) > 0
+    if rounds and best.extra and (left or len(best.extra) > 1) and most > 1:
+        pairs = _pairs(evidence, first, rounds, start, lambda part: on_progress("fitting pairs", 0.8 + 0.2 * part))
+        if pairs is not None and _stands_for(evidence, pairs, best):
+            best, rounds = pairs.rivals[0], [replace(rounds[0], group=(0,)), pairs]
     leftover = excess(evidence, best.whole.residual, free + len(best.extra)) / start if start > 0 else 0.0
     return BenchFound(rounds=tuple(rounds), first=first, best=best, leftover=leftover, differs=start > 0)
 
@@ -136,12 +143,40 @@ def _round(
         fits.append(_fitted(evidence, base, begin))
     fits.sort(key=lambda fit: fit.cost)
     kept = [fit for fit in fits if base.whole.chi2 - fit.chi2 > max(LEAST_DROP * start, 2 * NATS)][:SURVIVORS]
-    if not kept:
-        return None
+    return _judged(evidence, base, kept, 1, len(remaining), lambda part: tell(0.7 + 0.3 * part)) if kept else None
+
+
+def _pairs(evidence: BenchEvidence, first: Rival, rounds: Sequence[Round], start: float, tell: Callable[[float], None]) -> Round | None:
+    """What did well in any round, two at a time: a piece that was accepted alone may have stood for two others."""
+    pool: dict[tuple[str, str], Term] = {}
+    for rival in (rival for one in rounds for rival in one.rivals):
+        pool.setdefault((rival.extra[-1].hypothesis.kind, rival.extra[-1].hypothesis.target), rival.extra[-1])
+    couples = list(combinations(list(pool.values())[:PAIRED], 2))
+    fits = []
+    for k, (one, other) in enumerate(couples):
+        tell(0.7 * k / len(couples))
+        fits.append(_fitted(evidence, first, (*first.whole.setting, one, other)))
+    fits.sort(key=lambda fit: fit.cost)
+    kept = [fit for fit in fits if first.whole.chi2 - fit.chi2 > max(LEAST_DROP * start, 2 * NATS)][:SURVIVORS]
+    return _judged(evidence, first, kept, 2, len(couples), lambda part: tell(0.7 + 0.3 * part)) if kept else None
+
+
+def _stands_for(evidence: BenchEvidence, pairs: Round, best: Rival) -> bool:
+    """Whether the best pair takes the place of an answer: of two pieces or more if it predicts as well, of one if clearly better."""
+    ahead, error = _ahead(evidence, pairs.rivals[0], best, _independent(evidence, pairs.rivals[0].held_out))
+    if len(best.extra) > 1:
+        return ahead >= -TIED
+    return ahead > max(standard_errors_that_count(len(evidence.labels)) * error, np.log(pairs.tries) + NATS)
+
+
+def _judged(
+    evidence: BenchEvidence, base: Rival, kept: Sequence[Calibrated], more: int, tries: int, tell: Callable[[float], None]
+) -> Round:
+    """Fits with ``more`` pieces than the base, by the parts that are left out."""
     rivals = []
-    count = len(base.extra) + 1
+    count = len(base.extra) + more
     for k, fit in enumerate(kept):
-        tell(0.7 + 0.3 * k / len(kept))
+        tell(k / len(kept))
         extra = fit.setting[len(fit.setting) - count :]
         rivals.append(Rival(extra=extra, whole=fit, held_out=_held_out(evidence, fit, extra)))
     rivals.sort(key=lambda r: float(r.held_out @ r.held_out))
@@ -163,13 +198,13 @@ def _round(
             for k, (gain, error) in enumerate(behind)
             if k == 0 or (gain <= max(needed * error, TIED) and over_base[k][0] > over_base[k][1])
         ),
-        tries=len(remaining),
+        tries=tries,
     )
 
 
 def _simplicity(rival: Rival) -> tuple[int, bool]:
     """Of those that predict alike the one with the fewest numbers stands first, a number of the model before a law."""
-    return len(free_numbers(rival.extra)), rival.extra[-1].hypothesis.cause != "parameter"
+    return len(free_numbers(rival.extra)), any(term.hypothesis.cause != "parameter" for term in rival.extra)
 
 
 def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tuple[float, Setting]:
@@ -308,9 +343,13 @@ def simpler(evidence: BenchEvidence, closed: BenchFound, opened: BenchFound) -> 
     """Which answer stands: that on the soil as it is, or that on a soil that was calibrated.
 
     The former has fewer numbers: it stands if it leaves nothing, or no more than the other, and does not predict worse beyond the error.
+    Not if it is several numbers of the soil, and the soil as a whole needs no law.
     """
     if not closed.differs or not closed.best.extra:
         return closed if not closed.differs else opened
+    several = len(closed.best.extra) > 1 and all(term.hypothesis.target_kind == "soil" for term in closed.best.extra)
+    if several and not opened.best.extra and not opened.differs:
+        return opened
     worth = _independent(evidence, closed.best.held_out)
     behind, error = _ahead(evidence, opened.best, closed.best, worth)
     needed = standard_errors_that_count(len(evidence.labels))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rille.diagnosis.evidence.evidence import Whole
+from rille.diagnosis.evidence.evidence import Array, Whole
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.rank import Scores
 
@@ -32,10 +32,12 @@ def is_accepted(scores: Scores, new: int, old: int, judge: Judge, *, tries: int,
 
 
 def is_trifle(judge: Judge, excess: float) -> bool:
-    """Whether what the base of a judge leaves is little beside what there was, and little beside the noise. excess : as of
-    ``is_accepted``.
+    """Whether what the base of a judge leaves, as a whole or in the channels that differ, is little beside what there was, and little
+    beside the noise. excess : as of ``is_accepted``.
     """
-    return judge.excess <= LEAST_EXCESS * excess and judge.excess <= NO_TRIFLE * judge.degrees
+    loud = loud_channels(judge)
+    rest = max(judge.excess, float(np.sum(_beyond(judge)[loud])))
+    return rest <= LEAST_EXCESS * excess and judge.excess <= NO_TRIFLE * judge.degrees
 
 
 def differs(judge: Judge) -> bool:
@@ -50,10 +52,14 @@ def differs(judge: Judge) -> bool:
 def loud_channels(judge: Judge) -> Whole:
     """Numbers of the channels in which the base of a judge differs from the data beyond the noise."""
     degrees = np.maximum(judge.per_channel(judge.metric.own_degrees), 1.0)
-    beyond = judge.per_channel(judge.base**2) - judge.floor * degrees
-    return np.flatnonzero(beyond > np.maximum(judge.floor * SIGNIFICANT * np.sqrt(2.0 * degrees), LEAST_IN_CHANNEL * degrees))
+    return np.flatnonzero(_beyond(judge) > np.maximum(judge.floor * SIGNIFICANT * np.sqrt(2.0 * degrees), LEAST_IN_CHANNEL * degrees))
 
 
 def noise_of(judge: Judge, chi2: float, degrees: float) -> float:
     """Chi-squared per degree of noise: the floor, or less where a setting shows by its chi2 and degrees that noise is overstated."""
     return min(judge.floor, chi2 / max(degrees, 1.0))
+
+
+def _beyond(judge: Judge) -> Array:
+    """(channels,) chi-squared beyond what noise gives."""
+    return judge.per_channel(judge.base**2) - judge.floor * np.maximum(judge.per_channel(judge.metric.own_degrees), 1.0)

@@ -1,7 +1,7 @@
 """What the search has found, put in the words of a diagnosis: ranking, groups, probabilities, verdict."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -120,6 +120,19 @@ def ranked(
             )
         )
     return tuple(found), described(confounded, scores, titles, probability), min(1.0, none + float(weight[-1]))
+
+
+def with_doubt(found: Found, none: float) -> Found:
+    """The answer with at least this probability of none of the catalogue; all others in proportion."""
+    if none <= found.nothing:
+        return found
+    factor = (1.0 - none) / max(1.0 - found.nothing, 1e-12)
+    return replace(
+        found,
+        nothing=none,
+        ranked=tuple(replace(row, probability=row.probability * factor) for row in found.ranked),
+        groups=tuple(replace(group, probability=group.probability * factor) for group in found.groups),
+    )
 
 
 def _is_a_number_by_another_name(standing: Standing, best: int, i: int) -> bool:

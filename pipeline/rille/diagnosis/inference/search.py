@@ -14,8 +14,9 @@ from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
 from rille.diagnosis.inference.accept import LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
 from rille.diagnosis.inference.confound import groups
+from rille.diagnosis.inference.doubt import DOUBTED, doubt
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
-from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of
+from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of, with_doubt
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_tries, shared_moment
 from rille.diagnosis.inference.pairs import promising_pairs
@@ -23,7 +24,7 @@ from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
 from rille.diagnosis.inference.screen import Screened, screen
 from rille.diagnosis.inference.settle import State, own_fit, same, settle
-from rille.model.diagnosis import Verdict
+from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
 
@@ -40,6 +41,7 @@ ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from whi
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what the best fit keeps, for that
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
+DOUBT = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
 
 
@@ -72,7 +74,15 @@ def search(
     while len(state.pieces) < most and _worth_looking(state):
         if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
             break
-    return _answer(state, kinds or {}, _verdict(state))
+    verdict = _verdict(state)
+    if verdict in NAMING and state.standing is not None:
+        group = [i for i in state.standing.confounded.order if state.standing.confounded.number[i] == 0]
+        open_ones = {t.hypothesis.title for i in group for t in state.standing.fitted[i - 1].setting}
+        against = doubt(state.judge, hypotheses, open_ones, on_progress)
+        if against:
+            state.notes.append(DOUBT.format(other=against))
+            return with_doubt(_answer(state, kinds or {}, "unknown"), DOUBTED)
+    return _answer(state, kinds or {}, verdict)
 
 
 def _worth_looking(state: State) -> bool:

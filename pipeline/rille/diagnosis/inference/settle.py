@@ -6,6 +6,7 @@ within reach get starts of their own, too; the base always keeps its own. So nob
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.inference.accept import LEAST_SHARE, is_accepted
@@ -19,6 +20,7 @@ from rille.model.hypothesis import Hypothesis, Setting, Term
 RIVALS = 6  # of each accepted piece, that are fitted again
 OWN = 3  # rivals that get starts of their own
 WITHIN_REACH = 0.5  # of the drop of chi-squared of the best, for that
+TOGETHER = 8  # answers in which two pieces are swapped at once
 ROUNDS = 4  # of taking starts anew and of changing one's mind
 
 
@@ -123,10 +125,36 @@ def settle(
         return False
     if same_pieces(taken.setting, state.setting) or not state.accepts(taken, None, tries):
         return False
-    state.pieces, state.rivals, state.standing = list(taken.setting[always:]), rivals, standing
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
+    both = _swapped_together(standing, taken.setting, always)
+    if both:
+        kept = [*standing.fitted, *fit_together(state.judge, [[setting] for setting in both], on_progress=on_progress)]
+        scores = rank(linear, kept, judge=state.first)
+        wider = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, state.judge.metric.edges))
+        if same_pieces(wider.fitted[wider.confounded.order[0] - 1].setting, taken.setting):
+            standing = wider
+    state.pieces, state.rivals, state.standing = list(taken.setting[always:]), rivals, standing
     return True
+
+
+def _swapped_together(standing: Standing, taken: Setting, always: int) -> list[Setting]:
+    """Where each of two pieces could be another without being told from the answer, both could be at once."""
+    confounded = standing.confounded
+    swaps: list[tuple[int, Term]] = []
+    for i in (i for i in confounded.order if confounded.number[i] == 0):
+        setting = standing.fitted[i - 1].setting
+        others = [
+            k for k in range(always, len(taken)) if len(setting) == len(taken) and not same(setting[k].hypothesis, taken[k].hypothesis)
+        ]
+        if len(others) == 1:
+            swaps.append((others[0], setting[others[0]]))
+    found = []
+    for (k, one), (m, other) in combinations(swaps, 2):
+        if k != m and not same(one.hypothesis, other.hypothesis):
+            new = {k: one, m: other}
+            found.append(tuple(new.get(n, term) for n, term in enumerate(taken)))
+    return found[:TOGETHER]
 
 
 def _is_worse(here: Judge, taken: Fitted, trifle: float) -> bool:

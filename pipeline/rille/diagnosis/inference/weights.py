@@ -53,10 +53,16 @@ def evidence_against(behind: Array, behind_error: Array) -> Array:
     return np.where(behind_error > 0, np.minimum(behind, 0.5 * errors**2), behind)
 
 
+def none_of_these(leftover: float, constants: Calibration | None = None) -> float:
+    """Probability that the catalogue has no name for it, if the best leaves that share of the excess."""
+    constants = constants or calibration()
+    return float(expit(constants.none_offset + constants.none_slope * np.log10(max(leftover, NOTHING_LEFT))))
+
+
 def probabilities(behind: Array, behind_error: Array, leftover: float, constants: Calibration | None = None) -> tuple[Array, float]:
     """(m,) probabilities of the hypotheses, and of none of them."""
     constants = constants or calibration()
-    none = float(expit(constants.none_offset + constants.none_slope * np.log10(max(leftover, NOTHING_LEFT))))
+    none = none_of_these(leftover, constants)
     if not len(behind):
         return np.empty(0), 1.0
     scores = -evidence_against(np.maximum(behind, 0.0), behind_error) / constants.temperature
