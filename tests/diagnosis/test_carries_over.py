@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rille.diagnosis.answer.prove import carries_over
+from rille.diagnosis.answer.prove import _left, carries_over
 from rille.model.diagnosis import Proof
 
 
@@ -31,3 +31,19 @@ def test_several_pieces_must_close_some_of_the_gap():
     assert not carries_over(proof, pieces=2)
     assert carries_over(replace(proof, gap_closed=0.9, low=0.6, high=1.0), pieces=2)
     assert carries_over(replace(proof, gap_closed=np.nan, low=np.nan, high=np.nan), pieces=2)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "floor", "share"),
+    [
+        (4000.0, 1000.0, 1.0, 0.0),  # at the noise
+        (4000.0, 2000.0, 1.0, (2000 - 1000 - 2 * np.sqrt(2000)) / 3000),  # a third is left, less what may be chance
+        (4000.0, 1300.0, 1.25, 0.0),  # noise may be understated by a quarter
+        (1000.0, 1900.0, 1.0, 1.0),  # nothing differed, now it does
+        (1000.0, 1010.0, 1.0, np.nan),  # nothing differs
+    ],
+)
+def test_the_share_that_is_left_sets_chance_aside(before, after, floor, share):
+    """Chi-squared of 1000 degrees in four windows; chance is two standard deviations, sqrt(2 n)."""
+    sizes = [np.array([np.full(4, chi2 / 4), np.full(4, 250.0)]) for chi2 in (before, after)]
+    assert _left(*sizes, floor) == pytest.approx(share, nan_ok=True)

@@ -3,30 +3,37 @@
 A law that is not in the catalogue is often followed closely by one that is, so closely that chi-squared as a whole shows nothing. But what
 it leaves has a shape, and some other hypothesis of the catalogue would take a part of that away. On top of the right answer the largest
 drop of chi-squared that any hypothesis of k numbers promises is that of chance: chi-squared of k degrees, the largest of all tries.
+
+Where so little is left that it is near the noise, though surely more, and nothing explains it, the law is not quite that one either. Where
+far more is left other things are missing, too, as in every real machine: that says nothing of what was found.
 """
 
 from collections.abc import Collection, Sequence
 
+import numpy as np
 from scipy.stats import chi2
 
-from rille.diagnosis.inference.accept import differs
+from rille.diagnosis.inference.accept import SIGNIFICANT, differs
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.screen import screen
 from rille.model.hypothesis import Hypothesis
 
 CHANCE = 1e-2  # probability of a doubt of a right answer
 TOO_MANY = ("order", "place")  # numbers whose search takes many trials: what has them takes most away by chance, too
+NEAR_NOISE = 0.3  # excess per degree, in terms of the noise, up to which an answer is near it
+OTHER = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"
+LEFT = "what was found leaves little, but more than noise, that nothing explains: it only acts like what is missing, or not alone"
 DOUBTED = 0.75  # probability of none of the catalogue, at least, where there is doubt
 
 
 def doubt(judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str], on_progress: Progress | None = None) -> str:
-    """Title of the hypothesis that speaks most against the base of a judge, which should be right; '' if none does.
+    """What speaks against the base of a judge, which should be right, in words; '' if nothing does.
 
-    Only a base at the noise can be doubted so: where more is left, other things are missing, too, and nothing is told of this one.
     known : titles of hypotheses that the answer leaves open.
     """
     if differs(judge):
-        return ""
+        sure = SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)) * judge.floor
+        return LEFT if sure < judge.excess < NEAR_NOISE * judge.floor * judge.degrees else ""
     others = [h for h in hypotheses if h.title not in known and all(n.search not in TOO_MANY for n in h.free)]
     screened = screen(judge.evidence, others, judge=judge, on_progress=on_progress)
     against = ""
@@ -34,5 +41,5 @@ def doubt(judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str]
     for s in screened.signatures:
         chance = float(chi2.sf(s.drop / judge.floor, len(s.hypothesis.free)))
         if not s.silent and chance < least:
-            against, least = s.hypothesis.title, chance
+            against, least = OTHER.format(other=s.hypothesis.title), chance
     return against

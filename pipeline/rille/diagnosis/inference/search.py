@@ -41,7 +41,6 @@ ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from whi
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what the best fit keeps, for that
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
-DOUBT = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
 
 
@@ -80,7 +79,7 @@ def search(
         open_ones = {t.hypothesis.title for i in group for t in state.standing.fitted[i - 1].setting}
         against = doubt(state.judge, hypotheses, open_ones, on_progress)
         if against:
-            state.notes.append(DOUBT.format(other=against))
+            state.notes.append(against)
             return with_doubt(_answer(state, kinds or {}, "unknown"), DOUBTED)
     return _answer(state, kinds or {}, verdict)
 
