@@ -160,8 +160,9 @@ def _diagnosed(
         shown = {"terms": found.terms, "training": (base, improved)}
         proof, _ = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
     if proof is not None and found.verdict in NAMING:
-        found = with_doubt(found, none_of_these(proof.left) if math.isfinite(proof.left) else 0.0)
-        if found.nothing > 0.5 or not carries_over(proof, pieces=len(found.setting)):
+        none = none_of_these(proof.left) if math.isfinite(proof.left) else 0.0
+        found = with_doubt(found, none)
+        if none > 0.5 or not carries_over(proof, pieces=len(found.setting)):
             found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return Look(_answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict), base)

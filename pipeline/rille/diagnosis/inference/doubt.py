@@ -20,6 +20,7 @@ from rille.model.hypothesis import Hypothesis
 
 CHANCE = 1e-2  # probability of a doubt of a right answer
 TOO_MANY = ("order", "place")  # numbers whose search takes many trials: what has them takes most away by chance, too
+SURE = 0.1  # excess per degree, in terms of the noise, that is no matter of steps and of samples beside jumps
 NEAR_NOISE = 0.3  # excess per degree, in terms of the noise, up to which an answer is near it
 OTHER = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"
 LEFT = "what was found leaves little, but more than noise, that nothing explains: it only acts like what is missing, or not alone"
@@ -32,7 +33,7 @@ def doubt(judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str]
     known : titles of hypotheses that the answer leaves open.
     """
     if differs(judge):
-        sure = SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)) * judge.floor
+        sure = max(SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)), SURE * judge.degrees) * judge.floor
         return LEFT if sure < judge.excess < NEAR_NOISE * judge.floor * judge.degrees else ""
     others = [h for h in hypotheses if h.title not in known and all(n.search not in TOO_MANY for n in h.free)]
     screened = screen(judge.evidence, others, judge=judge, on_progress=on_progress)
