@@ -117,8 +117,9 @@ demo-proof: build  ## 16 sealed trials of an independent generator: concealed, d
 	@$(BIN)/rille prove --beacon "$(BEACON)" --quick -o $(OUT)/demo-proof
 	$(BIN)/rille prove verify $(OUT)/demo-proof/ledger.db
 
-prove: build  ## all 330 sealed trials, about 4 hours on 2 cores (BEACON="any sentence")
-	@$(BIN)/rille prove --beacon "$(BEACON)" -o $(OUT)/proof
+REAL = $(if $(wildcard $(or $(RILLE_DATA),../shared)/data/recordings),$(addprefix --real ,$(wildcard examples/*/*_trial.toml)))
+prove: build  ## all 330 sealed trials, hours on 2 cores, and those of the real data if they are there (BEACON="any sentence")
+	@$(BIN)/rille prove --beacon "$(BEACON)" $(REAL) -o $(OUT)/proof
 	$(BIN)/rille prove verify $(OUT)/proof/ledger.db
 
 check: build  ## lint, types, tests
