@@ -12,6 +12,8 @@ import pytest
 
 from rille import store
 from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, prove
+from rille.cli.prove_score import score_ledger
+from rille.model import InputRefused
 from rille.proof.trials import Extent
 
 RILLE = Path(sys.executable).parent / "rille"
@@ -70,6 +72,20 @@ def test_it_verifies_and_the_table_is_made_again(proof, tmp_path):
     numbers = json.loads((tmp_path / "table.json").read_text())
     assert numbers["trials"] == 2
     assert "<html" in (tmp_path / "report.html").read_text()[:200]
+
+
+def test_scores_are_those_of_a_program_of_its_own(proof, tmp_path):
+    """Taken away and scored anew they are the same; what is not opened is not scored."""
+    held, path = store.read_ledger(proof / "ledger.db"), tmp_path / "ledger.db"
+    store.create_ledger(path, held.plan, held.trials)
+    for answer in held.answers:
+        store.add_answer(path, answer)
+    with pytest.raises(InputRefused, match="not opened"):
+        score_ledger(path)
+    store.open_truths(path, held.truths)
+    score_ledger(path)
+    score_ledger(path)
+    assert store.read_ledger(path).scores == held.scores
 
 
 def test_another_root_than_the_announced_one_is_no_proof(proof):

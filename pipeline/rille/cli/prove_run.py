@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -304,19 +306,16 @@ def _agree(pool: _Pool, folder: Path, beacon: str, machines: Sequence[str]) -> N
 
 
 def _open(folder: Path) -> None:
-    """Truths and scores into the ledger."""
+    """Truths into the ledger; another program scores them."""
     from rille import store
-    from rille.model.ledger import Score
-    from rille.proof.scoring import score_answer
-    from rille.proof.seal import canonical_json
+    from rille.model import InputRefused
     from rille.proof.vault import read_vault
 
     path = folder / LEDGER
     ledger = store.read_ledger(path)
     if not ledger.truths:
         store.open_truths(path, read_vault(folder / VAULT, ledger.plan.root))
-        ledger = store.read_ledger(path)
     if not ledger.scores:
-        answers = {answer.trial: answer for answer in ledger.answers}
-        scores = [Score(trial=t.trial, text=canonical_json(score_answer(json.loads(t.text), answers[t.trial]))) for t in ledger.truths]
-        store.write_scores(path, scores)
+        done = subprocess.run([sys.executable, "-I", "-m", "rille.cli.prove_score", path], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise InputRefused(f"the answers could not be scored: {done.stderr.strip()[-500:]}; all are kept, the same command goes on")
