@@ -71,7 +71,7 @@ def make(drawn: Drawn, excess: Excess) -> Made:
     Unreachable : if this draw cannot be made so strong.
     """
     learnt = [scenario for scenario in drawn.scenarios if scenario.name in TRAINING]
-    floor = excess([generate(drawn, scenario, []) for scenario in learnt]) if drawn.hidden else {}
+    floor = excess([generate(drawn, scenario, [], rough=True) for scenario in learnt]) if drawn.hidden else {}
     pieces = tuple(_sized(drawn, hidden, learnt, excess, floor) for hidden in drawn.hidden)
     concealed = [(piece.hidden, piece.size) for piece in pieces]
     try:
@@ -86,7 +86,7 @@ def _sized(drawn: Drawn, hidden: Hidden, learnt: Sequence[Scenario], excess: Exc
 
     def measure(size: float) -> tuple[float, str]:
         try:
-            found = excess([generate(drawn, s, [(hidden, size)]) for s in learnt])
+            found = excess([generate(drawn, s, [(hidden, size)], rough=True) for s in learnt])
         except (PhysicsFailed, InputRefused):
             return np.inf, ""
         beyond = {name: square - max(1.0, floor.get(name, 1.0)) for name, square in found.items()}
@@ -97,8 +97,8 @@ def _sized(drawn: Drawn, hidden: Hidden, learnt: Sequence[Scenario], excess: Exc
     return Piece(hidden=hidden, size=size, strength=strength, channel=channel)
 
 
-def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden, float]]) -> Recording:
-    """One recording of a machine with things concealed at these sizes.
+def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden, float]], *, rough: bool = False) -> Recording:
+    """One recording of a machine with things concealed at these sizes. rough : good enough to see how strong they are.
 
     Raises
     ------
@@ -114,5 +114,5 @@ def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden,
         rng = np.random.default_rng([int(drawn.trial.random("maneuver").integers(1 << 31)), crc32(scenario.name.encode())])
         return points_recording(machine, scenario.name, laws, rng, np.random.default_rng(seed))
     when = sampling(sensors, scenario.duration, seed)
-    truth = simulate(machine, replace(scenario, gravity=machine.gravity), laws, readings(sensors, when))
+    truth = simulate(machine, replace(scenario, gravity=machine.gravity), laws, readings(sensors, when), rough=rough)
     return recording(machine, scenario, sensors, when, truth, seed)
