@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import typer.main
@@ -27,6 +28,13 @@ def verbs():
 def test_every_verb_has_help_with_an_example(verb, command):
     assert command.help
     assert f"Example: {verb}" in command.help
+
+
+def test_help_shows_every_example_on_a_line_of_its_own():
+    shown = subprocess.run([Path(sys.executable).parent / "rille", "diagnose", "--help"], capture_output=True, text=True, check=True).stdout
+    examples = [line for line in shown.splitlines() if "Example:" in line]
+    assert len(examples) == 3
+    assert all(line.strip().startswith("Example: rille diagnose") for line in examples)
 
 
 @pytest.mark.parametrize(("verb", "command"), verbs(), ids=[v for v, _ in verbs()])

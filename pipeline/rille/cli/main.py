@@ -2,6 +2,7 @@
 
 import os
 import sys
+from typing import Any
 
 import typer
 import typer.main
@@ -53,7 +54,7 @@ def main() -> None:
 
 def _run() -> int:
     try:
-        command = typer.main.get_command(app)
+        command = _with_examples_on_lines(typer.main.get_command(app))
         with command.make_context("rille", sys.argv[1:]) as context:  # its main() would swallow Ctrl-C
             result = command.invoke(context)
         return result if isinstance(result, int) else DONE
@@ -76,6 +77,15 @@ def _run() -> int:
         if os.environ.get("RILLE_DEBUG"):
             raise
         return _say(f"unexpected {type(error).__name__}: {error}; this is a bug of rille (RILLE_DEBUG=1 shows where)", BUG)
+
+
+def _with_examples_on_lines(command: Any) -> Any:
+    """The command and all below it, with every example of their help on a line of its own: click would fill them into one paragraph."""
+    for below in getattr(command, "commands", {}).values():
+        _with_examples_on_lines(below)
+    paragraphs = (command.help or "").split("\n\n")
+    command.help = "\n\n".join(f"\b\n{one}" if one.startswith("Example:") else one for one in paragraphs)
+    return command
 
 
 def _say(sentence: str, code: int) -> int:

@@ -54,7 +54,7 @@ def run(
 
     Example: rille prove run --beacon "headline of tomorrow's paper" -o proof
     Example: rille prove --beacon "rille" --quick --machines pendulum,arm -o proof
-    Example: rille prove --beacon "a sentence" --real examples/double_pendulum/pushes.toml -o proof
+    Example: rille prove --beacon "a sentence" --real examples/double_pendulum/pushes_trial.toml -o proof
     """
     from rille.cli.prove_run import LEDGER, prove
     from rille.model import InputRefused, nearest_names
