@@ -137,3 +137,16 @@ def test_wrong_use_is_told(words, says):
     code, _, err = rille(*words)
     assert code == 3
     assert says in err
+
+
+def test_trials_go_through_a_cluster_as_bytes(tmp_path):
+    """A worker of a Dask cluster makes, answers in a room and compares; what comes back is the same kind of ledger."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        one = Extent(counts={"nothing": 1}, machines=("pendulum",))
+        folder = tmp_path / "proof"
+        address = cluster.scheduler_address
+        assert prove(folder, "a cluster", one, workers=1, cluster=address, baselines=False, until=float("inf"))
+    held = store.read_ledger(folder / "ledger.db")
+    assert [a.status for a in held.answers] == ["done"]
+    assert json.loads(held.scores[0].text)["diagnosis"]["verdict"] == "nothing_missing"
