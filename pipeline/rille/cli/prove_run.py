@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 LEDGER, VAULT, ROOMS, TRUTHS, AGREEMENT = "ledger.db", "vault.json", "rooms", "truths", "agreement.json"
 PRIVATE = 0o600
+PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 Files = Mapping[str, bytes]
 
@@ -99,11 +100,20 @@ class _Pool:
     size: int
 
 
+def _end_with_parent() -> None:
+    """Let this process end when the one that began it is killed, rather than work on for nobody (Linux)."""
+    import ctypes
+    import signal
+
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
 @contextmanager
 def _opened_pool(workers: int, cluster: str | None) -> Iterator[_Pool]:
     """Processes of this machine, or workers of a Dask cluster, which need no common disk."""
     if cluster is None:
-        executor = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+        executor = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent)
         try:
             yield _Pool(executor=executor, size=workers)
         finally:

@@ -64,15 +64,15 @@ class Made:
 
 
 def make(drawn: Drawn, excess: Excess) -> Made:
-    """The recordings of a trial, with each concealed thing so large that it alone is as strong as wanted.
+    """The recordings of a trial, with each concealed thing so large that it alone is as strong as wanted in the first of them.
 
     Raises
     ------
     Unreachable : if this draw cannot be made so strong.
     """
-    learnt = [scenario for scenario in drawn.scenarios if scenario.name in TRAINING]
-    floor = excess([generate(drawn, scenario, [], rough=True) for scenario in learnt]) if drawn.hidden else {}
-    pieces = tuple(_sized(drawn, hidden, learnt, excess, floor) for hidden in drawn.hidden)
+    first = next(scenario for scenario in drawn.scenarios if scenario.name == TRAINING[0])
+    floor = excess([generate(drawn, first, [], rough=True)]) if drawn.hidden else {}
+    pieces = tuple(_sized(drawn, hidden, first, excess, floor) for hidden in drawn.hidden)
     concealed = [(piece.hidden, piece.size) for piece in pieces]
     try:
         recordings = tuple(generate(drawn, scenario, concealed) for scenario in drawn.scenarios)
@@ -81,12 +81,12 @@ def make(drawn: Drawn, excess: Excess) -> Made:
     return Made(drawn=drawn, recordings=recordings, pieces=pieces)
 
 
-def _sized(drawn: Drawn, hidden: Hidden, learnt: Sequence[Scenario], excess: Excess, floor: Mapping[str, float]) -> Piece:
-    """A concealed thing at the size that is as strong as wanted in the recordings to learn from, beyond what ``floor`` shows without it."""
+def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, excess: Excess, floor: Mapping[str, float]) -> Piece:
+    """A concealed thing at the size that is as strong as wanted in the recording of a scenario, beyond what ``floor`` shows without it."""
 
     def measure(size: float) -> tuple[float, str]:
         try:
-            found = excess([generate(drawn, s, [(hidden, size)], rough=True) for s in learnt])
+            found = excess([generate(drawn, scenario, [(hidden, size)], rough=True)])
         except (PhysicsFailed, InputRefused):
             return np.inf, ""
         beyond = {name: square - max(1.0, floor.get(name, 1.0)) for name, square in found.items()}
