@@ -9,7 +9,7 @@
 -- Values of provenance: stated (written by a person), measured, geometry (computed from B-rep), cad_material, default.
 
 PRAGMA application_id = 1380535372;  -- "RILL"
-PRAGMA user_version = 6;
+PRAGMA user_version = 7;
 
 -- ---------------------------------------------------------------- where values come from
 
@@ -447,6 +447,17 @@ CREATE TABLE command (
   PRIMARY KEY (scenario_id, drive_id, time)
 ) STRICT;
 
+CREATE TABLE state_change (
+  scenario_id INTEGER NOT NULL REFERENCES scenario(id) ON DELETE CASCADE,  -- [-] scenario
+  number INTEGER NOT NULL CHECK (number >= 1),                      -- [-] order; the numbers of one change share it
+  component INTEGER NOT NULL DEFAULT 0 CHECK (component BETWEEN 0 AND 3),  -- [-] which number of a vector
+  time REAL NOT NULL CHECK (time >= 0),                             -- [s] at the beginning of the step that begins then
+  quantity TEXT NOT NULL CHECK (quantity IN ('joint.position', 'joint.velocity', 'part.position', 'part.orientation', 'part.linear_velocity', 'part.angular_velocity')),  -- [-] what is put elsewhere
+  target TEXT NOT NULL,                                             -- [-] name of the joint, or of the body that no joint carries
+  value REAL NOT NULL,                                              -- [SI] new value, in W
+  PRIMARY KEY (scenario_id, number, component)
+) STRICT;
+
 CREATE TABLE watch (
   id INTEGER PRIMARY KEY,                                           -- [-] key
   scenario_id INTEGER NOT NULL REFERENCES scenario(id) ON DELETE CASCADE,  -- [-] scenario
@@ -583,6 +594,26 @@ CREATE TABLE checkpoint (
   run_id INTEGER PRIMARY KEY REFERENCES run(id) ON DELETE CASCADE,  -- [-] run
   step INTEGER NOT NULL CHECK (step >= 0),                          -- [-] number of steps taken
   model_hash TEXT NOT NULL,                                         -- [-] digest of the model, so that no other one is resumed
+  data BLOB NOT NULL                                                -- [-] complete state of the solver, in its own format
+) STRICT;
+
+CREATE TABLE command_log (
+  run_id INTEGER NOT NULL REFERENCES run(id) ON DELETE CASCADE,     -- [-] run that was steered
+  number INTEGER NOT NULL CHECK (number >= 1),                      -- [-] order of arrival
+  time REAL NOT NULL,                                               -- [s] simulated time at arrival
+  received TEXT NOT NULL,                                           -- [-] when it came, UTC, ISO 8601
+  sender TEXT NOT NULL,                                             -- [-] who gave it
+  sequence INTEGER,                                                 -- [-] the sender's number of it
+  request TEXT NOT NULL,                                            -- [-] what was asked, as JSON
+  refused TEXT NOT NULL DEFAULT '',                                 -- [-] why it was refused; empty: it was done
+  PRIMARY KEY (run_id, number)
+) STRICT;
+
+CREATE TABLE saved_state (
+  name TEXT PRIMARY KEY CHECK (length(name) BETWEEN 1 AND 64),      -- [-] name
+  run_id INTEGER NOT NULL REFERENCES run(id) ON DELETE CASCADE,     -- [-] run that it was saved in
+  step INTEGER NOT NULL CHECK (step >= 0),                          -- [-] number of steps taken
+  time REAL NOT NULL CHECK (time >= 0),                             -- [s] simulated time
   data BLOB NOT NULL                                                -- [-] complete state of the solver, in its own format
 ) STRICT;
 

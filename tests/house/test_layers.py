@@ -16,8 +16,9 @@ CPP_RANK = {
     "effects": 2,
     "record": 3,
     "simulate": 3,
-    "main": 4,
-    "binding": 4,
+    "run": 4,
+    "main": 5,
+    "binding": 5,
 }
 
 

@@ -29,7 +29,7 @@ from rille.model.rover import (
     SourceFile,
     Wheel,
 )
-from rille.model.scenario import Command, InitialJointState, Scenario, Watch
+from rille.model.scenario import Command, InitialJointState, Scenario, StateChange, Watch
 from rille.model.terrain import LandformInstance, MaterialPair, Obstacle, Population, Soil, SoilPatch, Terrain
 from rille.model.trace import BodyTrace, EnergyTrace, Event, JointTrace, Ruts, Trace, WheelTrace
 
@@ -74,6 +74,7 @@ __all__ = [
     "Soil",
     "SoilPatch",
     "SourceFile",
+    "StateChange",
     "Terrain",
     "Trace",
     "Watch",

@@ -16,6 +16,20 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class StateChange:
+    """Puts a joint, or the body that no joint carries, elsewhere at ``time`` [s].
+
+    quantity : joint.position, joint.velocity, part.position, part.orientation (quaternion w x y z), part.linear_velocity or
+    part.angular_velocity. target : name of the joint or body. values : all numbers of the quantity [SI], in W.
+    """
+
+    time: float
+    quantity: str
+    target: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class InitialJointState:
     """Position [rad or m] and velocity [rad/s or m/s] of a joint at t = 0."""
 
@@ -68,5 +82,6 @@ class Scenario:
     start_angular_velocity: Vector = (0.0, 0.0, 0.0)
     initial_states: tuple[InitialJointState, ...] = ()
     commands: tuple[Command, ...] = ()
+    changes: tuple[StateChange, ...] = ()
     watches: tuple[Watch, ...] = ()
     sources: tuple[SourceFile, ...] = ()

@@ -22,11 +22,14 @@ from rille.store.recordings import (
 from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, read_samples, read_trace
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
+from rille.store.steering import LoggedCommand, SavedState, read_command_log, remove_unused, saved_states, write_continued, write_steered
 from rille.store.terrain import StoredWindow, read_soils, read_terrain, read_window, update_terrain, write_terrain
 
 __all__ = [
+    "LoggedCommand",
     "RecordingWriter",
     "RunRow",
+    "SavedState",
     "StoredWindow",
     "add_answer",
     "add_effect",
@@ -51,6 +54,7 @@ __all__ = [
     "part_library",
     "planned_changes",
     "read_channel",
+    "read_command_log",
     "read_effects",
     "read_findings",
     "read_ledger",
@@ -67,10 +71,13 @@ __all__ = [
     "recording_clocks",
     "recording_names",
     "remove_recording",
+    "remove_unused",
+    "saved_states",
     "schema_version",
     "units",
     "update_terrain",
     "write_bench",
+    "write_continued",
     "write_effects",
     "write_finding",
     "write_findings",
@@ -78,5 +85,6 @@ __all__ = [
     "write_rover",
     "write_scenario",
     "write_scores",
+    "write_steered",
     "write_terrain",
 ]

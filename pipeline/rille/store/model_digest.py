@@ -8,7 +8,7 @@ from rille.store.database import reading
 NOT_MODEL = {
     *("provenance", "part", "part_instance", "mesh", "recording", "clock", "clock_block", "channel", "sample_block", "correction"),
     *("gate_finding", "finding", "run", "body_state", "joint_state", "wheel_state", "joint_reaction", "energy_state", "sensor_sample"),
-    *("rut_tile", "checkpoint", "bench_point", "event"),
+    *("rut_tile", "checkpoint", "bench_point", "event", "command_log", "saved_state"),
 }
 
 

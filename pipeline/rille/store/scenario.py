@@ -4,7 +4,7 @@ import sqlite3
 from dataclasses import replace as changed
 from pathlib import Path
 
-from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, Watch, nearest_names
+from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, StateChange, Watch, nearest_names
 from rille.store.database import insert, reading, writing
 from rille.store.rover import read_sources, write_sources
 
@@ -88,6 +88,18 @@ def _write(connection: sqlite3.Connection, scenario: Scenario) -> None:
             "drive_id": None if watch.drive is None else _key(drives, "drive", watch.drive, what),
         }
         insert(connection, "watch", what, row)
+    for number, change in enumerate(scenario.changes, start=1):
+        for component, value in enumerate(change.values):
+            row = {
+                "scenario_id": key,
+                "number": number,
+                "component": component,
+                "time": change.time,
+                "quantity": change.quantity,
+                "target": change.target,
+                "value": value,
+            }
+            insert(connection, "state_change", f"the change of {change.quantity} of '{change.target}' at {change.time} s in {subject}", row)
     for command in scenario.commands:
         row = {
             "scenario_id": key,
@@ -134,6 +146,9 @@ def _read(connection: sqlite3.Connection, name: str) -> Scenario:
         "SELECT watch.*, drive.name AS drive FROM watch LEFT JOIN drive ON drive.id = drive_id WHERE scenario_id = ? ORDER BY watch.id",
         (row["id"],),
     )
+    changes: dict[int, list[sqlite3.Row]] = {}
+    for change in connection.execute("SELECT * FROM state_change WHERE scenario_id = ? ORDER BY number, component", (row["id"],)):
+        changes.setdefault(change["number"], []).append(change)
     start = [row[c] for c in START_COLUMNS]
     return Scenario(
         name=row["name"],
@@ -150,6 +165,10 @@ def _read(connection: sqlite3.Connection, name: str) -> Scenario:
         start_angular_velocity=(start[10], start[11], start[12]),
         initial_states=tuple(InitialJointState(joint=s["name"], position=s["position"], velocity=s["velocity"]) for s in states),
         watches=tuple(Watch(drive=w["drive"], **{f: w[f] for f in WATCH_COLUMNS}) for w in watches),
+        changes=tuple(
+            StateChange(time=c[0]["time"], quantity=c[0]["quantity"], target=c[0]["target"], values=tuple(v["value"] for v in c))
+            for c in changes.values()
+        ),
         commands=tuple(Command(drive=c["name"], time=c["time"], value=c["value"]) for c in commands),
         sources=read_sources(connection, f"scenario {name}"),
     )

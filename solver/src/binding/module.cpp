@@ -23,6 +23,7 @@
 #include "model/soil_range.hpp"
 #include "physics/sinkage.hpp"
 #include "physics/slip.hpp"
+#include "run/recorded_run.hpp"
 #include "simulate/bench.hpp"
 #include "simulate/parameters.hpp"
 #include "simulate/simulation.hpp"
@@ -124,6 +125,29 @@ void place_at_row(Simulation& simulation, const double* row, std::size_t size) {
   mechanism.set_root({.position = {row[1], row[2], row[3]}, .rotation = rotation.normalized(), .velocity = {row[8], row[9], row[10]},
                       .angular_velocity = {row[11], row[12], row[13]}});
   mechanism.update_kinematics();
+}
+
+nb::ndarray<nb::numpy, float> view(const Simulation& s, const std::tuple<double, double, double>& origin) {
+  const Eigen::Vector3d o(std::get<0>(origin), std::get<1>(origin), std::get<2>(origin));
+  const rille::Snapshot now = s.snapshot();
+  auto values = std::make_unique<std::vector<float>>();
+  const auto add = [&](std::initializer_list<double> numbers) {
+    for (const double number : numbers) values->push_back(static_cast<float>(number));
+  };
+  for (const auto& b : now.bodies) {
+    const Eigen::Vector3d p = b.position - o;
+    add({p.x(), p.y(), p.z(), b.rotation.w(), b.rotation.x(), b.rotation.y(), b.rotation.z()});
+  }
+  for (std::size_t j = 0; j < now.joints.size(); ++j)
+    if (s.model().rover.joints[j].has_one_freedom()) add({now.joints[j].position, now.joints[j].velocity, now.joints[j].effort, now.joints[j].work});
+  for (const auto& w : now.wheels) {
+    const Eigen::Vector3d p = w.center - o;
+    add({p.x(), p.y(), p.z(), w.ground_height - o.z(), w.slip_ratio, w.slip_angle, w.sinkage, w.normal_load, w.drawbar_pull, w.side_force, w.drive_torque});
+  }
+  std::vector<float>* kept = values.release();
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<float>*>(p); });
+  const std::size_t size = kept->size();
+  return nb::ndarray<nb::numpy, float>(kept->data(), {size}, owner);
 }
 
 // Numbers (a, b, c, d) that Python owns.
@@ -559,7 +583,20 @@ NB_MODULE(_solver, module) {
            }, "Names of the joints in a row of state(): hinges and prismatic joints in their order.")
       .def("command", [](Simulation& s, const std::string& drive, double value) {
              s.command(rille::find_named(s.model().rover.drives, drive, "the command is for drive"), value);
-           }, "drive"_a, "value"_a, "Give a drive a set value now [rad/s, rad or N m].")
+           }, "drive"_a, "value"_a, "Give a drive a set value from the next step on [rad/s, rad or N m]; at t = 0 from the end of the first step on.")
+      .def("change", [](Simulation& s, const std::string& quantity, const std::string& target, const std::vector<double>& values) {
+             s.change({0, quantity, target, values});
+           }, "quantity"_a, "target"_a, "values"_a,
+           "Put a joint (joint.position, joint.velocity) or the root (part.position, part.orientation w x y z, part.linear_velocity,\n"
+           "part.angular_velocity, in W) elsewhere now [SI]. Raises rille.model.InputRefused.")
+      .def("read", [](const Simulation& s, const std::string& quantity, const std::string& target) {
+             rille::Quantity reader(s.model().rover, quantity, target, false, "the question");
+             return s.read(reader);
+           }, "quantity"_a, "target"_a, "Numbers of a quantity as of now [SI], in W. Raises rille.model.InputRefused.")
+      .def("view", &view, "origin"_a,
+           "Everything that a picture needs, float32: of each body x y z [m, less origin] and quaternion w x y z; of each joint of one freedom\n"
+           "position, velocity, effort, work; of each wheel centre x y z and ground height [m, less origin], slip ratio, slip angle, sinkage,\n"
+           "normal load, drawbar pull, side force, drive torque.")
       .def("sample", [](Simulation& s, long long n_steps, long long every, const rille::ChannelNames& channels, bool from_start) {
              if (n_steps < 1 || every < 1) throw rille::InputRefused("sample needs n_steps and every of at least 1");
              auto read = rille::channel_readers(s.model().rover, channels);
@@ -666,4 +703,56 @@ NB_MODULE(_solver, module) {
                    nb::rv_policy::move, "Shape (1, 6): momentum [N s] and angular momentum about the origin of W [N m s].")
       .def_prop_ro("differential_error", &Simulation::largest_differential_error,
                    "Largest error of theta_a + theta_b = 2 theta_carrier over all differentials [rad].");
+
+  using rille::RecordedRun;
+  const auto never = [] { return false; };
+  nb::class_<RecordedRun>(module, "Run",
+                          "A scenario of a database, simulated as far as it is told, its results written into the same database while it runs.\n\n"
+                          "Run(path, scenario=None, step=None, duration=None, resume=False, endless=False, saved=None, checkpoint=5.0): resume goes\n"
+                          "on with the scenario's run that was interrupted; endless: until it is ended, then the scenario's duration is what it took;\n"
+                          "saved: name of a state that it goes on from. Raises rille.model.InputRefused.")
+      .def("__init__",
+           [](RecordedRun* self, const std::string& path, const std::optional<std::string>& scenario, const std::optional<double>& step,
+              const std::optional<double>& duration, bool resume, bool endless, const std::optional<std::string>& saved, double checkpoint) {
+             rille::require_double_precision();
+             rille::RunOptions options{.database = path, .scenario = scenario, .step = step, .duration = duration, .from = saved,
+                                       .checkpoint = checkpoint, .resume = resume, .endless = endless};
+             new (self) RecordedRun(options);
+           },
+           "path"_a, "scenario"_a = nb::none(), "step"_a = nb::none(), "duration"_a = nb::none(), "resume"_a = false, "endless"_a = false,
+           "saved"_a = nb::none(), "checkpoint"_a = 5.0)
+      .def("begin", [never](RecordedRun& r) { return std::string(word(r.begin(never))); }, nb::call_guard<nb::gil_scoped_release>(),
+           "Come to rest and record t = 0. Returns 'running', or the outcome that ended it.")
+      .def("advance", [never](RecordedRun& r, long long count, bool to_event) { return std::string(word(r.advance(count, never, to_event))); },
+           "count"_a, "to_event"_a = false, nb::call_guard<nb::gil_scoped_release>(),
+           "At most count steps, or until something happens. Returns 'running', 'done' at the end of the scenario, or the outcome of physics.")
+      .def("finish",
+           [](RecordedRun& r, const std::string& outcome, const std::string& message) {
+             for (const rille::Outcome known : {rille::Outcome::done, rille::Outcome::stopped, rille::Outcome::interrupted, rille::Outcome::left_terrain,
+                                                rille::Outcome::wheel_buried, rille::Outcome::diverged})
+               if (outcome == word(known)) return r.finish(known, message);
+             throw rille::InputRefused(fmt::format("a run cannot end as '{}'", outcome));
+           },
+           "outcome"_a = "done", "message"_a = "", "Write what remains; an interrupted run can be resumed. Nothing follows.")
+      .def("command", [](RecordedRun& r, const std::string& drive, double value) {
+             r.command(rille::find_named(r.simulation().model().rover.drives, drive, "the command is for drive"), value);
+           }, "drive"_a, "value"_a, "As of Simulation, written into the scenario.")
+      .def("change", [](RecordedRun& r, const std::string& quantity, const std::string& target, const std::vector<double>& values) {
+             r.change({0, quantity, target, values});
+           }, "quantity"_a, "target"_a, "values"_a, "As of Simulation, written into the scenario.")
+      .def("log", [](RecordedRun& r, const std::string& received, const std::string& sender, const std::optional<std::int64_t>& sequence,
+                     const std::string& request, const std::string& refused) { r.log({received, sender, sequence, request, refused}); },
+           "received"_a, "sender"_a, "sequence"_a, "request"_a, "refused"_a = "", "A line of table command_log.")
+      .def("save", &RecordedRun::save, "name"_a, "Keep the present state under a name; Run(saved=name) goes on from it.")
+      .def("events", [](RecordedRun& r) {
+             nb::list list;
+             for (const auto& e : r.tell()) list.append(nb::make_tuple(e.time, e.kind, e.subject, e.message));
+             return list;
+           }, "Events since the last call: (time [s], kind, subject, sentence).")
+      .def_prop_ro("simulation", [](RecordedRun& r) -> Simulation& { return r.simulation(); }, nb::rv_policy::reference_internal,
+                   "The simulation, to read from; steer the run, not it.")
+      .def_prop_ro("id", &RecordedRun::id, "Key of the run.")
+      .def_prop_ro("message", [](const RecordedRun& r) { return r.message(); }, "The outcome in a sentence.")
+      .def_prop_ro("steps_taken", &RecordedRun::steps_taken, "Steps that were simulated by this object.")
+      .def_prop_ro("duration", &RecordedRun::duration, "Duration of the scenario [s].");
 }

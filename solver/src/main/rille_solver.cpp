@@ -36,7 +36,8 @@ int main(int argc, char** argv) {
   run_command->add_option("--checkpoint", run.checkpoint, "real time between checkpoints [s]; 0: only when interrupted; default 5")
       ->check(CLI::NonNegativeNumber);
   run_command->add_flag("--resume", run.resume, "go on with the scenario's run that was interrupted, bit by bit as if it had not been");
-  run_command->add_flag("--progress", run.progress, "print lines `progress TIME DURATION` on stderr");
+  bool progress = false;
+  run_command->add_flag("--progress", progress, "print lines `progress TIME DURATION` on stderr");
   rille::BenchOptions bench;
   CLI::App* bench_command = app.add_subcommand(
       "bench", "single-wheel bench, CSV on stdout; example: rille-solver bench rover.db --load 30 --load 50 --slip 0 --slip 0.2");
@@ -67,7 +68,7 @@ int main(int argc, char** argv) {
       for (const std::string& name : rille::known_effects()) fmt::print("{}\n", name);
       return kDone;
     }
-    return *bench_command ? rille::bench(bench, interrupted) : rille::run(run, interrupted);
+    return *bench_command ? rille::bench(bench, interrupted) : rille::run(run, progress, interrupted);
   } catch (const rille::InputRefused& error) {
     fmt::print(stderr, "{}\n", error.what());
     return kRefused;

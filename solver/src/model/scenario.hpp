@@ -28,6 +28,14 @@ struct Command {
   double value = 0;  // [rad/s, rad or N m] by the mode of the drive
 };
 
+// Puts a joint, or the body that no joint carries, elsewhere at the beginning of a step.
+struct StateChange {
+  double time = 0;       // [s]
+  std::string quantity;  // joint.position, joint.velocity, part.position, part.orientation, part.linear_velocity or part.angular_velocity
+  std::string target;    // name of the joint or body
+  std::vector<double> values;  // [SI] in W; orientation: quaternion w x y z
+};
+
 struct InitialJointState {
   int joint = -1;
   double position = 0;  // [rad or m]
@@ -67,6 +75,7 @@ struct Scenario {
   Eigen::Vector3d start_angular_velocity = Eigen::Vector3d::Zero();          // [rad/s] in W
   std::vector<InitialJointState> initial_states;
   std::vector<Command> commands;  // sorted by time
+  std::vector<StateChange> changes;  // in their order, times ascending
   std::vector<Watch> watches;
 };
 

@@ -1,5 +1,8 @@
 #include "record/recorder.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <initializer_list>
 #include <utility>
 
@@ -41,6 +44,10 @@ Recorder::Recorder(SQLite::Database& database, const Model& model, const std::st
 Recorder::Recorder(SQLite::Database& database, const Model& model, std::int64_t resume, double time, bool keep_time)
     : Recorder(database, model) {
   run_id_ = resume;
+  SQLite::Statement logged(database, "SELECT coalesce(max(number), 0) FROM command_log WHERE run_id = ?");
+  logged.bind(1, resume);
+  logged.executeStep();
+  logged_ = logged.getColumn(0).getInt64();
   const double last = keep_time ? time + 0.25 * model.scenario.step : time - 0.25 * model.scenario.step;
   SQLite::Transaction transaction(database);
   for (const char* table : {"body_state", "joint_state", "wheel_state", "joint_reaction", "energy_state"}) {
@@ -154,6 +161,87 @@ void Recorder::add(const Ruts& ruts) {
       tile.bind(10, data->data(), static_cast<int>(sizeof(float) * data->size()));
       tile.exec();
     }
+}
+
+void Recorder::add(const Command& command) {
+  begin();
+  SQLite::Statement row(database_, "INSERT OR REPLACE INTO command VALUES (?, ?, ?, ?)");
+  row.bind(1, model_.scenario.id);
+  row.bind(2, model_.rover.drives[static_cast<std::size_t>(command.drive)].id);
+  row.bind(3, command.time);
+  row.bind(4, command.value);
+  row.exec();
+}
+
+void Recorder::add(std::size_t number, const StateChange& change) {
+  begin();
+  SQLite::Statement row(database_, "INSERT OR REPLACE INTO state_change (scenario_id, number, component, time, quantity, target, value) "
+                                   "VALUES (?, ?, ?, ?, ?, ?, ?)");
+  for (std::size_t k = 0; k < change.values.size(); ++k) {
+    row.reset();
+    row.bind(1, model_.scenario.id);
+    row.bind(2, static_cast<std::int64_t>(number));
+    row.bind(3, static_cast<std::int64_t>(k));
+    row.bind(4, change.time);
+    row.bind(5, change.quantity);
+    row.bind(6, change.target);
+    row.bind(7, change.values[k]);
+    row.exec();
+  }
+}
+
+void Recorder::add(double time, const LogLine& line) {
+  begin();
+  SQLite::Statement row(database_, "INSERT INTO command_log VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  row.bind(1, run_id_);
+  row.bind(2, ++logged_);
+  row.bind(3, time);
+  row.bind(4, line.received);
+  row.bind(5, line.sender);
+  if (line.sequence) row.bind(6, *line.sequence);
+  row.bind(7, line.request);
+  row.bind(8, line.refused);
+  row.exec();
+}
+
+void Recorder::set_duration(double duration) {
+  begin();
+  SQLite::Statement row(database_, "UPDATE scenario SET duration = ? WHERE id = ?");
+  row.bind(1, std::max(duration, model_.scenario.step));
+  row.bind(2, model_.scenario.id);
+  row.exec();
+}
+
+void Recorder::add_saved(const std::string& name, long long step, double time, const std::string& state) {
+  begin();
+  SQLite::Statement row(database_, "INSERT OR REPLACE INTO saved_state VALUES (?, ?, ?, ?, ?)");
+  row.bind(1, name);
+  row.bind(2, run_id_);
+  row.bind(3, static_cast<std::int64_t>(step));
+  row.bind(4, time);
+  row.bind(5, state.data(), static_cast<int>(state.size()));
+  row.exec();
+}
+
+void Recorder::copy(std::int64_t run, double time, double step) {
+  begin();
+  const std::pair<const char*, const char*> tables[] = {
+      {"body_state", "time, body_id, x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz"},
+      {"joint_state", "time, joint_id, position, velocity, effort, work"},
+      {"wheel_state", "time, wheel_id, x, y, z, ground_height, slip_ratio, slip_angle, sinkage, normal_load, drawbar_pull, side_force, drive_torque"},
+      {"joint_reaction", "time, joint_id, fx, fy, fz, tx, ty, tz"},
+      {"energy_state", "time, kinetic, potential, drive_work, soil_loss, joint_loss, contact_loss, external_work, residual"},
+      {"sensor_sample", "sensor_id, time, component, value"},
+      {"event", "time, kind, subject, message"}};
+  for (const auto& [table, columns] : tables) {
+    SQLite::Statement rows(database_, fmt::format("INSERT INTO {0} (run_id, {1}) SELECT ?, {1} FROM {0} WHERE run_id = ? AND time <= ?{2}", table,
+                                                  columns, std::string(table) == "event" ? " AND kind <> 'stopped' ORDER BY id" : ""));
+    rows.bind(1, run_id_);
+    rows.bind(2, run);
+    rows.bind(3, time + 0.25 * step);
+    rows.exec();
+  }
+  time_reached_ = time;
 }
 
 void Recorder::add_checkpoint(long long step, const std::string& model_digest, const std::string& state) {

@@ -5,6 +5,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,15 @@
 #include "world/ruts.hpp"
 
 namespace rille {
+
+// Something that was asked of a run, and what became of it.
+struct LogLine {
+  std::string received;  // UTC, ISO 8601
+  std::string sender;
+  std::optional<std::int64_t> sequence;
+  std::string request;   // JSON
+  std::string refused;   // empty: it was done
+};
 
 class Recorder {
  public:
@@ -25,6 +35,16 @@ class Recorder {
   void add(const std::vector<Event>& events);
   void add(const std::vector<SensorSample>& samples);
   void add(const Ruts& ruts);
+  // What was steered, into the scenario; the same drive and time, or number, in place of what was there.
+  void add(const Command& command);
+  void add(std::size_t number, const StateChange& change);
+  // A line of table `command_log`: request and why it was refused, as of a time [s].
+  void add(double time, const LogLine& line);
+  void set_duration(double duration);  // [s] of the scenario
+  // Keeps a state under a name, in place of what had it.
+  void add_saved(const std::string& name, long long step, double time, const std::string& state);
+  // What another run had recorded until `time` [s], as if this one had.
+  void copy(std::int64_t run, double time, double step);
   // State of the solver after so many steps, in place of the run's last one.
   void add_checkpoint(long long step, const std::string& model_digest, const std::string& state);
   void drop_checkpoint();
@@ -44,6 +64,7 @@ class Recorder {
   std::int64_t run_id_ = 0;
   double time_reached_ = 0;
   int pending_ = 0;
+  std::int64_t logged_ = 0;  // lines of the log
   bool open_ = false;
   SQLite::Statement body_;
   SQLite::Statement joint_;

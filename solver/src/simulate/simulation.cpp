@@ -9,6 +9,7 @@
 #include "effects/registry.hpp"
 #include "model/error.hpp"
 #include "model/track_width.hpp"
+#include "simulate/elsewhere.hpp"
 #include "simulate/placement.hpp"
 
 namespace rille {
@@ -124,6 +125,46 @@ void Simulation::read_commands(double h) {
     const double since = command.time - time();
     if (since > h - rounding && since > rounding) break;
     drives_[at(command.drive)].set(command.value, since > rounding ? 1 - since / h : 1);
+  }
+}
+
+Command Simulation::command(int drive, double value) {
+  if (!std::isfinite(value)) throw InputRefused(fmt::format("the set value of drive '{}' is not finite", drives_[at(drive)].drive().name));
+  // At t = 0 the drives were read before the mechanism settled; what comes after that acts from the first step's end on.
+  const long long step = std::max({steps_, first_free_step_, 1LL});
+  const Command made{drive, static_cast<double>(step) * model_->scenario.step, value};
+  auto& commands = model_->scenario.commands;
+  const auto first = commands.begin() + static_cast<std::ptrdiff_t>(next_command_);
+  const auto same = std::find_if(first, commands.end(), [&](const Command& c) { return c.drive == drive && c.time == made.time; });
+  if (same != commands.end())
+    same->value = value;
+  else
+    commands.insert(std::upper_bound(first, commands.end(), made.time, [](double time, const Command& c) { return time < c.time; }), made);
+  return made;
+}
+
+StateChange Simulation::change(StateChange change) {
+  require_change(model_->rover, mechanism_.held_by_world(), change);
+  const long long step = std::max(steps_, first_free_step_);
+  change.time = static_cast<double>(step) * model_->scenario.step;
+  auto& changes = model_->scenario.changes;
+  if (next_change_ < changes.size() && changes[next_change_].time <= change.time)
+    throw InputRefused(fmt::format("the scenario itself changes the state at {:g} s; go beyond that first", changes[next_change_].time));
+  changes.insert(changes.begin() + static_cast<std::ptrdiff_t>(next_change_), change);
+  make_changes();
+  return change;
+}
+
+void Simulation::make_changes() {
+  const auto& changes = model_->scenario.changes;
+  const double now = time() + kSameInstant * model_->scenario.step;
+  for (; next_change_ < changes.size() && changes[next_change_].time <= now; ++next_change_) {
+    const MechanismState before = mechanism_.state();
+    put_elsewhere(mechanism_, model_->rover, changes[next_change_]);
+    const MechanismState after = mechanism_.state();
+    mechanism_.set_state(before);
+    mechanism_.update_kinematics();
+    put(after);
   }
 }
 
@@ -486,6 +527,7 @@ Outcome Simulation::settle(const std::function<bool()>& keep_going) {
 
 Outcome Simulation::step(bool report) {
   if (outcome_ != Outcome::running) return outcome_;
+  make_changes();
   read_commands(model_->scenario.step);
   return advance(false, report);
 }
@@ -546,7 +588,7 @@ void Simulation::visit(Archive& archive) {
   MechanismState state = mechanism_.state();
   archive(state);
   if (archive.reading()) mechanism_.set_state(state);
-  archive(steps_, next_command_, work_, energy_at_start_, potential_at_start_, *rigid_, *sensors_, *watcher_);
+  archive(steps_, next_command_, next_change_, work_, energy_at_start_, potential_at_start_, *rigid_, *sensors_, *watcher_);
   for (DriveUnit& drive : drives_) archive(drive);
   for (LimitState& limit : limits_) archive(limit);
   for (WheelContact& contact : contacts_) archive(contact);
@@ -566,6 +608,8 @@ void Simulation::restore(const std::string& bytes) {
   visit(archive);
   archive.finish();
   next_command_ = std::min(next_command_, model_->scenario.commands.size());
+  next_change_ = std::min(next_change_, model_->scenario.changes.size());
+  first_free_step_ = 0;
   outcome_ = Outcome::running;
   message_.clear();
   events_.clear();
@@ -582,6 +626,8 @@ void Simulation::start_at(double time, const MechanismState& motion) {
   mechanism_.update_kinematics();
   steps_ = std::llround(time / model_->scenario.step);
   next_command_ = 0;
+  const auto& changes = model_->scenario.changes;
+  next_change_ = static_cast<std::size_t>(std::count_if(changes.begin(), changes.end(), [&](const StateChange& c) { return c.time < time; }));
   for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
   read_commands(0);
   for (std::size_t b = 0; b < effects_->bodies.size(); ++b)

@@ -37,6 +37,7 @@ class Simulation {
   const std::string& message() const { return message_; }
   Snapshot snapshot() const;
   std::vector<Event> take_events();
+  const std::vector<Event>& events() const { return events_; }  // since they were taken
   std::vector<SensorSample> take_samples() { return sensors_->take_samples(); }
   const WheelState& wheel_state(std::size_t wheel) const { return contacts_[wheel].state(); }
   const Ruts* ruts() const { return ruts_.get(); }
@@ -52,8 +53,12 @@ class Simulation {
   void start_at(double time, const MechanismState& motion);
   // Goes on from another motion at the present time; what is not motion stays as it is, and moves along with what carries it.
   void put(const MechanismState& motion);
-  // Gives a drive a set value now, as a command would.
-  void command(int drive, double value) { drives_[static_cast<std::size_t>(drive)].set(value); }
+  // A set value from the next step on, and part of the motion put elsewhere now: what was steered. Both are kept in the scenario, so that a
+  // run of it repeats this one bit by bit, and returned as they are kept there. Raise InputRefused for what cannot be.
+  Command command(int drive, double value);
+  StateChange change(StateChange change);
+  // What is steered from now on comes after this instant, whose state was kept.
+  void close_instant() { first_free_step_ = steps_ + 1; }
   // The quantity of the vocabulary as of now; see quantity.hpp.
   std::vector<double> read(Quantity& quantity) const;
   // One component of each of several quantities as of now, into `values` unless that is null.
@@ -97,6 +102,7 @@ class Simulation {
   void place();
   // Sets the drives for a step of h [s]: those commanded on the way follow the mean of their command. h = 0: as they are commanded now.
   void read_commands(double h);
+  void make_changes();  // those that are due at the beginning of the step
   bool open_drive_rows(double h);  // whether a servo has rows
   void open_joint_effects(double h);
   bool open_limit_rows(double h);
@@ -148,6 +154,8 @@ class Simulation {
   double energy_at_start_ = 0;     // [J]
   double potential_at_start_ = 0;  // [J]
   std::size_t next_command_ = 0;
+  std::size_t next_change_ = 0;
+  long long first_free_step_ = 0;  // at which something may still be steered
   long long steps_ = 0;
   bool holding_ = false;
   bool watching_ = false;  // whether sensors or watches must look after every step

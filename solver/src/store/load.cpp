@@ -96,10 +96,10 @@ std::string model_digest(Database& database) {
   };
   for (const char* table : {"material", "soil", "material_pair", "body", "collision_shape", "joint", "joint_limit", "drive", "differential", "gear",
                             "loop_closure", "wheel", "grouser", "sensor", "terrain", "terrain_tile", "soil_patch", "obstacle", "effect", "scenario",
-                            "initial_state", "command", "watch"}) {
+                            "initial_state", "command", "state_change", "watch"}) {
     const bool tiles = std::strcmp(table, "terrain_tile") == 0;
     Statement row(database, tiles ? "SELECT * FROM terrain_tile WHERE layer = 'height' AND level = 0 ORDER BY terrain_id, row0, col0"
-                                  : fmt::format("SELECT * FROM {} ORDER BY 1, 2", table));
+                                  : fmt::format("SELECT * FROM {} ORDER BY 1, 2, 3", table));
     while (row.executeStep())
       for (int c = 0; c < row.getColumnCount(); ++c) {
         const Column column = row.getColumn(c);

@@ -60,6 +60,19 @@ Scenario load_scenario(Database& database, std::int64_t id, const RoverKeys& key
   while (command.executeStep())
     scenario.commands.push_back({index_of(keys.drives, command.getColumn("drive_id"), "drive", subject),
                                  finite(command, "time", subject), finite(command, "value", subject)});
+  Statement change(database, "SELECT * FROM state_change WHERE scenario_id = ? ORDER BY number, component");
+  change.bind(1, id);
+  for (std::int64_t number = 0; change.executeStep();) {
+    const double time = finite(change, "time", subject);
+    if (change.getColumn("number").getInt64() != number) {
+      if (!scenario.changes.empty() && time < scenario.changes.back().time)
+        throw InputRefused(fmt::format("a state_change of {} at {:g} s comes after one at {:g} s; number them by their times", subject, time,
+                                       scenario.changes.back().time));
+      scenario.changes.push_back({time, change.getColumn("quantity").getString(), change.getColumn("target").getString(), {}});
+      number = change.getColumn("number").getInt64();
+    }
+    scenario.changes.back().values.push_back(finite(change, "value", subject));
+  }
   Statement watch(database, "SELECT * FROM watch WHERE scenario_id = ? ORDER BY id");
   watch.bind(1, id);
   while (watch.executeStep()) {
