@@ -426,6 +426,7 @@ CREATE TABLE scenario (
   start_wx REAL NOT NULL DEFAULT 0,                                 -- [rad/s] angular velocity of the root body in W
   start_wy REAL NOT NULL DEFAULT 0,                                 -- [rad/s] angular velocity of the root body in W
   start_wz REAL NOT NULL DEFAULT 0,                                 -- [rad/s] angular velocity of the root body in W
+  steered_from TEXT NOT NULL DEFAULT '',                            -- [-] name of the scenario that was steered to give this one; empty = stated
   CHECK (output_interval >= step * 0.999999),
   CHECK (placement = 'as_given' OR terrain_id IS NOT NULL),
   CHECK (abs(start_qw * start_qw + start_qx * start_qx + start_qy * start_qy + start_qz * start_qz - 1) < 1e-6)

@@ -7,75 +7,18 @@ import sqlite3
 import subprocess
 import time
 from contextlib import closing
-from dataclasses import replace
 
 import pytest
 
-from effect_rigs import EARTH
-from machines import cart, plane
+from remembering import TABLES, make_remembering, numbers
 from rille import store
-from rille.model import Command, Effect, MaterialPair, Obstacle, Pose, Scenario, Sensor, Watch
 from rille.simulate.run import find_solver
-
-TABLES = ("body_state", "joint_state", "wheel_state", "joint_reaction", "energy_state", "sensor_sample", "rut_tile", "event")
-DURATION = 120.0  # two seconds of computing: long enough to be stopped three times
-
-
-def make(path):
-    """A cart with everything that has a memory: friction, transmission, lag, slosh, digging, ruts, a rock, sensors with delay, a watch."""
-    rover = cart(5.0, 0.15, 0.165)
-    sensors = (
-        Sensor(name="accelerometer", quantity="part.linear_acceleration", target="chassis", rate=37.0, frame="body"),
-        Sensor(name="encoder", quantity="joint.position", target="wheel_front_left", rate=50.0),
-    )
-    drives = tuple(replace(d, speed_gain=40.0, integral_gain=80.0) if "rear" in d.name else d for d in rover.drives)
-    rover = replace(rover, sensors=sensors, drives=drives)
-    commands = tuple(
-        Command(drive=d.name, time=t, value=v) for d in drives for t, v in ((0.0, 0.8), (7.0, -0.5), (12.0, 1.1), (30.0, -0.6), (70.0, 0.3))
-    )
-    watch = Watch(name="far", quantity="part.position", target="chassis", above=0.6, action="command", drive="wheel_rear_left", value=0.9)
-    scenario = Scenario(
-        name="s",
-        duration=DURATION,
-        gravity=(0, 0, -EARTH),
-        terrain="plane",
-        placement="on_terrain",
-        settle_time=2,
-        commands=commands,
-        watches=(watch,),
-        start=Pose(position=(0.0, 0.0, 0.0)),
-    )
-    stone = Obstacle(name="stone", kind="sphere", pose=Pose(position=(1.1, 0.4, -0.05)), size=(0.1,))
-    terrain = plane(0.05, 0.03)
-    terrain = replace(terrain, obstacles=(stone,), pairs=(*terrain.pairs, MaterialPair(response="rigid", friction=0.7)))
-    effects = (
-        Effect(kind="sinkage_transient", parameters={"depth": 0.01}),
-        Effect(kind="multipass", parameters={"memory": 1.0}),
-        Effect(kind="payload_slosh", target="chassis", parameters={"mass": 2.0}),
-        Effect(kind="motor_lag", parameters={"time_constant": 0.2}),
-        Effect(kind="joint_elasticity", target="wheel_front_left", parameters={"compliance": 1e-3}),
-        Effect(kind="coulomb_friction", parameters={"torque": 0.2}),
-        Effect(kind="delay", target="encoder", parameters={"delay": 0.05}),
-    )
-    store.create(path)
-    store.write_rover(path, rover)
-    store.write_terrain(path, terrain)
-    store.write_scenario(path, scenario)
-    store.write_effects(path, effects)
-    return path
-
-
-def numbers(path):
-    """Every number of the only run."""
-    with closing(sqlite3.connect(path)) as connection:
-        columns = {"event": "time, kind, subject, message"}
-        return {t: connection.execute(f"SELECT {columns.get(t, '*')} FROM {t} ORDER BY 1, 2, 3, 4").fetchall() for t in TABLES}
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """The run without interruption."""
-    path = make(tmp_path_factory.mktemp("whole") / "model.db")
+    path = make_remembering(tmp_path_factory.mktemp("whole") / "model.db")
     done = subprocess.run([find_solver(), "run", str(path)], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return numbers(path)
@@ -100,7 +43,7 @@ def stop_and_go(path, stop):
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "kill -9"])
 def test_resumed_equals_uninterrupted(tmp_path, whole, stop):
-    path = make(tmp_path / "model.db")
+    path = make_remembering(tmp_path / "model.db")
     stops, result = stop_and_go(path, stop)
     assert stops == 3
     assert result["status"] == "done"
@@ -115,7 +58,7 @@ def test_resumed_equals_uninterrupted(tmp_path, whole, stop):
 
 
 def test_what_cannot_be_resumed_is_refused(tmp_path):
-    path = make(tmp_path / "model.db")
+    path = make_remembering(tmp_path / "model.db")
     done = subprocess.run([find_solver(), "run", str(path), "--resume"], capture_output=True, text=True)
     assert done.returncode == 3
     assert "no run that was interrupted" in done.stderr

@@ -8,7 +8,7 @@ import typer
 import typer.main
 
 from rille import __version__
-from rille.cli import apply, bench, cad, compare, db, diagnose, effects, import_recording, prove, record, run, soil, terrain, view
+from rille.cli import apply, bench, cad, compare, db, diagnose, effects, import_recording, prove, record, run, soil, sweep, terrain, view
 from rille.model import InputRefused, PhysicsFailed
 
 DONE, BUG, USAGE, REFUSED, PHYSICS, INTERRUPTED = 0, 1, 2, 3, 4, 130
@@ -34,6 +34,7 @@ app.command("diagnose")(diagnose.diagnose)
 app.command("apply")(apply.apply)
 app.command("import")(import_recording.import_recording)
 app.add_typer(record.app, name="record")
+app.add_typer(sweep.app, name="sweep")
 app.add_typer(prove.app, name="prove")
 app.add_typer(db.app, name="db")
 

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from rille.cli.hooked import hooked_run
 from rille.cli.talk import Force, Json, print_json, progress, say
 
 
@@ -17,15 +18,23 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that was interrupted, as if it had not been.")] = False,
     checkpoint: Annotated[float | None, typer.Option(help="Real time between checkpoints [s]; 0: only on Ctrl-C.")] = None,
     out: Annotated[Path | None, typer.Option(help="Copy the model to this new file and write the results there.")] = None,
+    hooks: Annotated[
+        Path | None,
+        typer.Option(help="Python file of hooks; what they command becomes a scenario of its own."),
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
     """Simulate a scenario; results go into the database while it runs. Ctrl-C keeps what was computed.
 
     Example: rille run rover.db --scenario examples/first_drive/traverse.toml
+
     Example: rille run rover.db --resume
+
+    Example: rille run rover.db --hooks examples/live/back_off.py
     """
     from rille import simulate, store, view
+    from rille.model import InputRefused
 
     if out is not None:
         database = _copied(database, out)
@@ -36,15 +45,20 @@ def run(
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
     with progress("simulating") as update:
-        result = simulate.run(
-            database,
-            scenario=name,
-            step=step,
-            duration=duration,
-            resume=resume,
-            checkpoint=checkpoint,
-            on_progress=lambda time, total: update(f"t = {time:.1f} s of {total:g} s", time / total),
-        )
+
+        def tell(time: float, total: float) -> None:
+            update(f"t = {time:.1f} s of {total:g} s", time / total)
+
+        if hooks is not None:
+            if resume or checkpoint is not None:
+                raise InputRefused(
+                    "what hooks remember is not kept, so --hooks goes neither with --checkpoint nor with --resume; leave one out"
+                )
+            result = hooked_run(database, hooks, scenario=name, step=step, duration=duration, on_progress=tell)
+        else:
+            result = simulate.run(
+                database, scenario=name, step=step, duration=duration, resume=resume, checkpoint=checkpoint, on_progress=tell
+            )
     trace = store.read_trace(database, result.run_id)
     summary = view.summary(trace, store.read_rover(database))
     if as_json:

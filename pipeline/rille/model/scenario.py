@@ -66,6 +66,7 @@ class Scenario:
     gravity : [m/s^2] in W. duration, step, output_interval, settle_time : [s].
     placement : ``on_terrain`` takes height and tilt from the ground under the wheels; start's x, y and heading count.
     start : pose of the root body's frame in W; start_velocity [m/s], start_angular_velocity [rad/s] in W.
+    steered_from : name of the scenario that was steered to give this one; empty: stated by a person.
     """
 
     name: str
@@ -85,3 +86,4 @@ class Scenario:
     changes: tuple[StateChange, ...] = ()
     watches: tuple[Watch, ...] = ()
     sources: tuple[SourceFile, ...] = ()
+    steered_from: str = ""

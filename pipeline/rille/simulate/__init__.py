@@ -6,6 +6,7 @@ from rille.simulate.replay import Replayer
 from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file, surface_gravity
 from rille.simulate.sensitivity import sensitivities
+from rille.simulate.steered import steered_run
 
 __all__ = [
     "BenchResult",
@@ -19,5 +20,6 @@ __all__ = [
     "read_scenario_file",
     "run",
     "sensitivities",
+    "steered_run",
     "surface_gravity",
 ]

@@ -7,6 +7,7 @@ from rille.store.findings import find_finding, read_findings, write_finding
 from rille.store.health import check, info, units
 from rille.store.improvement import improve, parameter_values, planned_changes
 from rille.store.ledger import add_answer, create_ledger, open_truths, read_ledger, write_scores
+from rille.store.model_copy import copy_model
 from rille.store.model_digest import model_digest
 from rille.store.parts import add_part, find_part, list_parts, part_library
 from rille.store.recordings import (
@@ -23,6 +24,7 @@ from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, re
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
 from rille.store.steering import LoggedCommand, SavedState, read_command_log, remove_unused, saved_states, write_continued, write_steered
+from rille.store.study import add_results, create_study, read_plan, read_study, read_traces, study_held, waiting_cases
 from rille.store.terrain import StoredWindow, read_soils, read_terrain, read_window, update_terrain, write_terrain
 
 __all__ = [
@@ -34,10 +36,13 @@ __all__ = [
     "add_answer",
     "add_effect",
     "add_part",
+    "add_results",
     "check",
     "check_effect",
+    "copy_model",
     "create",
     "create_ledger",
+    "create_study",
     "effect_kinds",
     "find_effect_kind",
     "find_finding",
@@ -58,6 +63,7 @@ __all__ = [
     "read_effects",
     "read_findings",
     "read_ledger",
+    "read_plan",
     "read_reactions",
     "read_recording",
     "read_rover",
@@ -65,8 +71,10 @@ __all__ = [
     "read_samples",
     "read_scenario",
     "read_soils",
+    "read_study",
     "read_terrain",
     "read_trace",
+    "read_traces",
     "read_window",
     "recording_clocks",
     "recording_names",
@@ -74,8 +82,10 @@ __all__ = [
     "remove_unused",
     "saved_states",
     "schema_version",
+    "study_held",
     "units",
     "update_terrain",
+    "waiting_cases",
     "write_bench",
     "write_continued",
     "write_effects",

@@ -69,6 +69,7 @@ def _write(connection: sqlite3.Connection, scenario: Scenario) -> None:
         "integrator": scenario.integrator,
         "placement": scenario.placement,
         "settle_time": scenario.settle_time,
+        "steered_from": scenario.steered_from,
         **dict(zip(START_COLUMNS, map(float, start), strict=True)),
     }
     key = insert(connection, "scenario", subject, row)
@@ -118,7 +119,8 @@ def read_scenario(path: Path, name: str | None = None) -> Scenario:
     InputRefused : if there is none, none of that name, or several and no name was given.
     """
     with reading(path) as connection:
-        names = [r["name"] for r in connection.execute("SELECT name FROM scenario ORDER BY id")]
+        stated = "" if name is not None else "WHERE steered_from = ''"  # without a name, what was steered is not meant
+        names = [r["name"] for r in connection.execute(f"SELECT name FROM scenario {stated} ORDER BY id")]
         if not names:
             raise InputRefused(f"'{path}' has no scenario; give one: `rille run {path} --scenario FILE.toml`")
         if name is None and len(names) > 1:
@@ -160,6 +162,7 @@ def _read(connection: sqlite3.Connection, name: str) -> Scenario:
         integrator=row["integrator"],
         placement=row["placement"],
         settle_time=row["settle_time"],
+        steered_from=row["steered_from"],
         start=Pose(position=(start[0], start[1], start[2]), rotation=(start[3], start[4], start[5], start[6])),
         start_velocity=(start[7], start[8], start[9]),
         start_angular_velocity=(start[10], start[11], start[12]),

@@ -46,7 +46,7 @@ def free_scenario_name(path: Path, stem: str) -> str:
 def write_steered(path: Path, scenario: Scenario, stem: str) -> str:
     """Write a scenario of its own for a run that is steered, named after ``stem``, and return its name."""
     name = free_scenario_name(path, stem)
-    write_scenario(path, replace(scenario, name=name))
+    write_scenario(path, replace(scenario, name=name, steered_from=scenario.steered_from or scenario.name))
     return name
 
 
@@ -86,7 +86,8 @@ def remove_unused(path: Path, scenario: str) -> None:
     """Remove a scenario and its run that never took a step and kept no state."""
     with writing(path, known_sound=True) as connection:
         connection.execute(
-            "DELETE FROM scenario WHERE name = ? AND NOT EXISTS (SELECT 1 FROM run JOIN saved_state ON run_id = run.id WHERE scenario_id = scenario.id)",
+            "DELETE FROM scenario WHERE name = ? AND NOT EXISTS "
+            "(SELECT 1 FROM run JOIN saved_state ON run_id = run.id WHERE scenario_id = scenario.id)",
             (scenario,),
         )
 

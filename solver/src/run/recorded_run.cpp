@@ -131,12 +131,17 @@ void RecordedRun::keep_state() {
   last_checkpoint_ = std::chrono::steady_clock::now();
 }
 
+void RecordedRun::commit() {
+  if (endless_) recorder_->set_duration(simulation_->time());  // whatever happens now, a run of the scenario repeats what is written
+  recorder_->commit(Outcome::running, "");
+}
+
 Outcome RecordedRun::begin(const Asked& interrupted) {
   if (!std::exchange(fresh_, false)) return Outcome::running;
   const Outcome outcome = simulation_->settle([&] { return !interrupted(); });
   hear();
   record(true);
-  recorder_->commit(Outcome::running, "");
+  commit();
   return outcome;
 }
 
@@ -152,12 +157,11 @@ Outcome RecordedRun::advance(long long most, const Asked& interrupted, bool to_e
     if (due) {
       record(true);
       if (endless_ && seconds_since(last_checkpoint_) > kCommit) {
-        recorder_->set_duration(simulation_->time());
-        recorder_->commit(Outcome::running, "");
+        commit();
         last_checkpoint_ = std::chrono::steady_clock::now();
       } else if (!endless_ && checkpoint_ > 0 && seconds_since(last_checkpoint_) > checkpoint_) {
         keep_state();
-        recorder_->commit(Outcome::running, "");
+        commit();
       }
     }
     if (to_event && happened) break;
@@ -182,7 +186,7 @@ void RecordedRun::change(StateChange change) {
 void RecordedRun::save(const std::string& name) {
   simulation_->close_instant();
   recorder_->add_saved(name, simulation_->steps(), simulation_->time(), simulation_->save());
-  recorder_->commit(Outcome::running, "");
+  commit();
 }
 
 void RecordedRun::finish(Outcome outcome, const std::string& message) {

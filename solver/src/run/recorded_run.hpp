@@ -59,6 +59,7 @@ class RecordedRun {
  private:
   void record(bool with_snapshot);
   void keep_state();
+  void commit();
   void hear();  // of events, before they are written
 
   SQLite::Database database_;

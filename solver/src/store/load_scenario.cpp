@@ -9,7 +9,8 @@ namespace rille {
 std::int64_t find_scenario(Database& database, const std::optional<std::string>& name) {
   std::vector<std::string> names;
   std::int64_t id = 0;
-  Statement row(database, "SELECT id, name FROM scenario ORDER BY id");
+  // Without a name, what was steered is not meant.
+  Statement row(database, name ? "SELECT id, name FROM scenario ORDER BY id" : "SELECT id, name FROM scenario WHERE steered_from = '' ORDER BY id");
   while (row.executeStep()) {
     names.push_back("'" + row.getColumn("name").getString() + "'");
     if (!name || row.getColumn("name").getString() == *name) id = row.getColumn("id").getInt64();

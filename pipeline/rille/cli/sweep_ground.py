@@ -1,0 +1,84 @@
+"""The ground of a study's cases: the scene with other numbers, evaluated and put under the model."""
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rille.model import Scenario
+    from rille.model.study import Change
+
+FILES = ("file", "map")  # keys of a scene that name files; "library" names folders
+
+
+def scene_text(scene: Path) -> str:
+    """Text of a scene that means the same wherever it lies: files that it names are named in full."""
+    import tomlkit
+
+    document: Any = tomlkit.parse(scene.read_text(encoding="utf-8"))
+    if "library" in document:
+        document["library"] = [_in_full(folder, scene) for folder in document["library"]]
+    for tables in ([document.get("base", {})], document.get("population", [])):
+        for table in tables:
+            for key in FILES:
+                if isinstance(table.get(key), str):
+                    table[key] = _in_full(table[key], scene)
+    return tomlkit.dumps(document)
+
+
+def _in_full(text: str, scene: Path) -> str:
+    from rille.model.sheet import expand
+
+    return str(expand(text, scene.resolve().parent))
+
+
+def with_numbers(text: str, numbers: "Mapping[Change, float]") -> str:
+    """The scene with other numbers [SI] of landforms and base."""
+    import tomlkit
+
+    document: Any = tomlkit.parse(text)
+    for change, value in numbers.items():
+        if change.name == "base":
+            document["base"][change.number] = round(value) if change.number == "seed" else value
+            continue
+        entry = next(entry for entry in document["landform"] if entry["name"] == change.name)
+        if change.number in ("x", "y", "heading", "scale", "age"):
+            entry[change.number] = value
+        else:
+            entry.setdefault("drivers", tomlkit.inline_table())[change.number] = value
+    return tomlkit.dumps(document)
+
+
+def put_under(database: Path, model: Path, text: str, scenario: "Scenario") -> None:
+    """Make a database of the model with a scene in place of its ground.
+
+    Raises
+    ------
+    InputRefused : for whatever the scene is refused for.
+    """
+    from rille import store, terrain
+
+    scene = database.with_suffix(".toml")  # always the same, so that only what changed is evaluated anew
+    scene.write_text(text, encoding="utf-8")
+    with _own_cache(database.parent / "cache"):
+        ground = terrain.build(scene)
+        shutil.copyfile(model, database)
+        store.write_terrain(database, ground, replace=True)
+    store.write_scenario(database, scenario)
+
+
+@contextmanager
+def _own_cache(folder: Path) -> Iterator[None]:
+    """Evaluated ground goes into this folder meanwhile: a thousand variants have no place among what a user keeps."""
+    before = os.environ.get("RILLE_CACHE")
+    os.environ["RILLE_CACHE"] = str(folder)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["RILLE_CACHE"]
+        else:
+            os.environ["RILLE_CACHE"] = before

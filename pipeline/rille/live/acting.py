@@ -1,0 +1,217 @@
+"""What requests do to the run of a session."""
+
+import json
+import time as clock
+from typing import TYPE_CHECKING, Any
+
+from rille.live.driving import set_values
+from rille.live.hooks import Hooks, Steering
+from rille.live.request import Drive, Load, Malformed, Pause, Place, Request, Reset, Save, Set, Speed, Start, Steer, Step, Stop
+from rille.live.stage import Opened, Stage, SteeredRun
+from rille.model import InputRefused
+
+if TYPE_CHECKING:
+    from rille.live.session import Session
+
+STRETCH = 0.004  # [s] of real time that one stretch of simulation stands for, at least
+MOST_SAVES = 1000  # of a database
+
+
+class Acting:
+    """The present run, and what is done to it; lives in the thread of its session."""
+
+    run: SteeredRun
+
+    def __init__(self, stage: Stage, session: "Session") -> None:
+        self._stage, self._session = stage, session
+        self._place: tuple[float, float, float] | None = None
+        self._shown = 0.0  # real time at which the next frame is due
+        self._rate = 1000.0  # steps per second of real time, as measured
+        self.scenario, self.run_id, self.time = "", 0, 0.0
+        self.saves: tuple[str, ...] = tuple(stage.saves())
+        self._open = False
+
+    # ------------------------------------------------------------------ runs
+
+    def open(self, opened: Opened) -> None:
+        """Go on with this run."""
+        self.run, self.scenario, self.run_id = opened.run, opened.scenario, opened.run.id
+        self._open = True
+        session = self._session
+        session.state, session.message, session.outcome = "ready", "", "running"
+        if session.hooks is not None:
+            session.hooks.begin()
+        outcome = self.run.begin()
+        self.time = self.run.simulation.time
+        self._hear()
+        if outcome != "running":
+            self._end(outcome)
+        elif self.time > 0:
+            session.state = "paused"
+
+    def close(self) -> None:
+        """End the run; one that was never run is forgotten."""
+        if not self._open:
+            return
+        self._open = False
+        unused = self.run.simulation.time == 0 and self._session.state != "ended"
+        self.run.finish("done")
+        del self.run
+        if unused:
+            self._stage.discard(self.scenario)
+
+    def _end(self, outcome: str) -> None:
+        session = self._session
+        self.run.finish(outcome, self._hooks_sentence())
+        session.state, session.outcome, session.message = "ended", outcome, self.run.message
+        session.forget_later()
+        session.news()
+        session.show()
+
+    def _hooks_sentence(self) -> str:
+        return (self._session.hooks.stopped or "") if self._session.hooks is not None else ""
+
+    def _begin_anew(self, opened: Opened) -> None:
+        self.open(opened)
+        self._session.forget_later()
+
+    # ------------------------------------------------------------------ requests
+
+    def do(self, request: Request) -> str:
+        """Do what is asked, and return why it was refused, or nothing."""
+        try:
+            return self._done(request)
+        except InputRefused as refusal:
+            return str(refusal)
+
+    def _done(self, request: Request) -> str:
+        session = self._session
+        match request:
+            case Reset():
+                self.close()
+                self._begin_anew(self._stage.fresh(self._place))
+            case Load(name=name):
+                if name not in self.saves:
+                    return f"no state was saved as '{name}'"
+                self.close()
+                self._begin_anew(self._stage.loaded(name))
+            case Speed(factor=factor):
+                session.speed = factor
+                session.anchor()
+            case _ if session.state == "ended":
+                return f"the run has ended ({session.outcome}); reset or load a state to begin another"
+            case Place():
+                return self._placed(request)
+            case Start():
+                session.run_on()
+            case Pause():
+                session.state = "paused" if self.time > 0 else "ready"
+            case Step(count=count):
+                session.run_on(count)
+            case Stop():
+                self._end("done")
+            case Drive(drive=drive, value=value):
+                self.run.command(drive, value)
+            case Steer(forward=forward, turn=turn):
+                if not self._stage.wheels:
+                    return "the model has no driven wheels to steer; set its drives one by one"
+                for drive, value in set_values(self._stage.wheels, forward, turn).items():
+                    self.run.command(drive, value)
+            case Set(quantity=quantity, target=target, values=values):
+                self.run.change(quantity, target, values)
+            case Save(name=name):
+                if len(self.saves) >= MOST_SAVES and name not in self.saves:
+                    return f"the database holds {MOST_SAVES} saved states; save under a name that is there, or use another database"
+                self.run.save(name)
+                self.saves = tuple(sorted({*self.saves, name}))
+        return ""
+
+    def _placed(self, request: Place) -> str:
+        if self.time > 0:
+            return f"the rover can be placed before the first step only, and it is t = {self.time:.3f} s; reset first"
+        if not self._stage.on_ground:
+            return "this scenario does not set the model on the ground; give it a terrain and a start on it"
+        before = self._place
+        heading = request.heading if request.heading is not None else before[2] if before is not None else float("nan")
+        self.close()
+        try:
+            self._begin_anew(self._stage.fresh((request.x, request.y, heading)))
+        except InputRefused as refusal:
+            self._begin_anew(self._stage.fresh(before))
+            return str(refusal)
+        self._place = (request.x, request.y, heading)
+        return ""
+
+    def halt(self) -> None:
+        """Set every driven wheel to zero."""
+        if self._session.state != "ended":
+            for wheel in self._stage.wheels:
+                self.run.command(wheel.drive, 0.0)
+
+    def log(self, received: str, request: Request | Malformed, refused: str, text: Any) -> None:
+        """A line of the run's log."""
+        if not self._open or self._session.state == "ended":
+            return
+        if isinstance(request, Request):
+            self.run.log(received, request.sender, request.sequence, request.model_dump_json(), refused)
+            return
+        said = text if isinstance(text, str) else bytes(text).decode(errors="replace")
+        self.run.log(received, "", request.sequence, json.dumps(said[:1000]), refused)
+
+    # ------------------------------------------------------------------ time
+
+    def pace_in(self, anchor: tuple[float, float], speed: float) -> float:
+        """[s] of real time until the next stretch is due; 0: now."""
+        wall, began = anchor
+        due = wall + (self.time + max(self._stage.step, STRETCH * speed) - began) / speed
+        return max(0.0, min(due - clock.perf_counter(), 1.0))
+
+    def steps_due(self, anchor: tuple[float, float], speed: float, longest: float) -> int:
+        """Steps that the pace asks for now, at most what takes about ``longest`` [s] of real time."""
+        wall, began = anchor
+        behind = began + (clock.perf_counter() - wall) * speed - self.time
+        due = int(behind / self._stage.step + 1e-9)
+        most = max(1, int(self._rate * longest))
+        if due > 20 * most:
+            self._session.anchor()  # cannot keep up
+        return max(1, min(due, most))
+
+    def advance(self, count: int, hooks: Hooks | None) -> int:
+        """Take at most so many steps; end the run where it ends. Returns the steps taken."""
+        before, began = self.run.steps_taken, clock.perf_counter()
+        outcome = self.run.advance(count) if hooks is None else hooks.advance(self.run, count, self.steering())
+        taken = self.run.steps_taken - before
+        spent = clock.perf_counter() - began
+        if taken and spent > 0:
+            self._rate += 0.1 * (taken / spent - self._rate)
+        self.time = self.run.simulation.time
+        self._hear()
+        if outcome != "running":
+            self._end(outcome)
+        return taken
+
+    def steering(self) -> Steering:
+        """What hooks are given."""
+        return Steering(
+            run=self.run,
+            wheels=self._stage.wheels,
+            say=lambda sentence: self._session.tell("hook", "", sentence),
+            heard=self._session.listeners.event,
+        )
+
+    def _hear(self) -> None:
+        for time, kind, subject, message in self.run.events():
+            self._session.listeners.event(time, kind, subject, message)
+
+    # ------------------------------------------------------------------ pictures
+
+    def picture(self) -> bytes:
+        """The present frame: float32, little endian."""
+        return self.run.simulation.view(self._stage.origin).tobytes()
+
+    def show_in_time(self, interval: float) -> None:
+        """Hand out a frame if one is due, every so many [s] of real time."""
+        now = clock.perf_counter()
+        if now >= self._shown:
+            self._shown = max(self._shown + interval, now)
+            self._session.show()

@@ -1,0 +1,19 @@
+"""Processes that do not outlive the program that began them."""
+
+import ctypes
+import os
+import signal
+import sys
+
+PARENT_DEATH_SIGNAL = 1  # of prctl(2)
+
+
+def end_with_parent(how: signal.Signals = signal.SIGTERM, parent: int | None = None) -> None:
+    """Let this process end when the one that began it is killed, rather than work on for nobody (Linux; elsewhere nothing).
+
+    how : signal that ends it. parent : process number of the beginner; where that is gone already, this one ends at once.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, how, 0, 0, 0)
+        if parent is not None and os.getppid() != parent:
+            os.kill(os.getpid(), how)

@@ -1,0 +1,141 @@
+"""Hooks are called at the same steps whenever the same run is made; one that fails is told with its line and loses nothing."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from command import assert_refused, rille
+from effect_rigs import EARTH
+from machines import cart, plane
+from remembering import TABLES, numbers
+from rille import live, simulate, store
+from rille.model import Command, InputRefused, JointLimit, Scenario
+
+HOOKS = """
+from rille.live import at, every, on_event, when
+
+seen = []
+
+@at(0.5)
+def faster(run):
+    run.steer(0.2)
+
+@every(0.25)
+def count(run):
+    seen.append(run.time)
+
+@when(lambda run: run.read("part.position", "chassis")[0] > 0.15, hold=0.1)
+def far(run):
+    run.say(f"far at {run.time:.3f}, counted {len(seen)}")
+    run.drive("wheel_front_left", 0.0)
+    run.set("part.linear_velocity", "chassis", [0.0, 0.0, 0.1])
+
+@on_event("settled")
+def never(run, event):
+    run.say("events before t = 0 are told as well")
+
+@at(1.0)
+def broken(run):
+    return 1 / 0
+"""
+
+
+@pytest.fixture
+def path(make_model):
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=2, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, commands=commands
+    )
+    return make_model(rover, scenario, plane(0.05))
+
+
+def test_a_run_with_hooks_is_told_repeated_and_never_lost(path, tmp_path):
+    file = tmp_path / "hooks.py"
+    file.write_text(HOOKS)
+    done = rille("run", path, "--hooks", file, "--json")
+    assert done.returncode == 0, done.stderr
+    line = HOOKS.splitlines().index("    return 1 / 0") + 1
+    assert f"hook 'broken' failed in line {line} of '{file}': ZeroDivisionError" in done.stderr
+    assert "far at" in done.stderr
+    facts = json.loads(done.stdout)
+    assert (facts["status"], facts["scenario"], facts["time_reached"]) == ("done", "s-hooks-1", 2.0)
+    again = rille("run", path, "--hooks", file, "--json")
+    other = json.loads(again.stdout)
+    plain = json.loads(rille("run", path, "--scenario", "s-hooks-1", "--json").stdout)
+    first, second, third = (numbers(path, run["run_id"]) for run in (facts, other, plain))
+    for table in TABLES:
+        assert first[table] == second[table] == third[table], table
+    assert store.read_scenario(path, "s-hooks-1").changes
+    assert not store.read_scenario(path).changes  # the original is as it was, and is meant where no name is given
+    assert store.read_scenario(path).name == "s"
+
+
+def test_a_hook_ends_the_run(path, tmp_path):
+    file = tmp_path / "hooks.py"
+    file.write_text("from rille.live import at\n\n@at(0.7)\ndef enough(run):\n    run.stop('seen enough')\n")
+    done = rille("run", path, "--hooks", file, "--json")
+    facts = json.loads(done.stdout)
+    assert done.returncode == 0
+    assert (facts["status"], facts["message"]) == ("stopped", "seen enough")
+    assert facts["time_reached"] == pytest.approx(0.7, abs=1e-9)
+    assert json.loads(rille("run", path, "--scenario", "s-hooks-1", "--json").stdout)["time_reached"] == pytest.approx(0.7, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x = 1\n", ["has no hooks"]),
+        ("def f(:\n", ["is no Python in line 1"]),
+        ("\nraise ValueError('no')\n", ["failed in line 2", "ValueError: no"]),
+        ("from rille.live import at\n@at(-1)\ndef f(run): ...\n", ["at is -1 s"]),
+    ],
+)
+def test_a_file_that_is_no_good_is_refused_before_anything_runs(path, tmp_path, text, words):
+    file = tmp_path / "hooks.py"
+    file.write_text(text)
+    assert_refused(rille("run", path, "--hooks", file), *words)
+    assert store.list_runs(path) == []
+
+
+def test_hooks_do_not_resume(path, tmp_path):
+    assert_refused(rille("run", path, "--hooks", tmp_path / "none.py", "--resume"), "--resume")
+    assert_refused(rille("run", path, "--hooks", tmp_path / "none.py"), "no file")
+
+
+def test_events_come_at_the_step_at_which_they_happen(make_model, tmp_path):
+    """A joint that runs into its limit: the hook sees the time of the event itself, not of some later look."""
+    from machines import chain
+
+    rover = chain([1.0], [1.0])
+    joint = replace(rover.joints[0], limit=JointLimit(lower=-0.5, upper=0.5))
+    scenario = Scenario(name="s", duration=2, gravity=(0, 0, -EARTH))
+    path = make_model(replace(rover, joints=(joint,)), scenario)
+    run = simulate.steered_run(path, "s")
+    seen = []
+    file = tmp_path / "h.py"
+    file.write_text(
+        "from rille.live import on_event\n\n@on_event('limit_reached')\ndef hit(run, event):\n    run.say((event.time, run.time))\n"
+    )
+    hooks = live.read_hooks(file, 1e-3, pytest.fail)
+    run.begin()
+    run.change("joint.velocity", joint.name, [2.0])
+    assert hooks.advance(run, 1000, live.Steering(run=run, wheels=(), say=seen.append)) == "running"
+    assert seen
+    event, called = seen[0]
+    assert called == pytest.approx(event, abs=1.001e-3)
+
+
+def test_a_condition_that_raises_is_a_hook_that_failed(path, tmp_path):
+    file = tmp_path / "h.py"
+    file.write_text("from rille.live import when\n\n@when(lambda run: run.read('no.quantity', 'x'))\ndef f(run): ...\n")
+    said = []
+    run = simulate.steered_run(path, "s")
+    run.begin()
+    hooks = live.read_hooks(file, 1e-3, said.append)
+    hooks.advance(run, 100, live.Steering(run=run, wheels=(), say=said.append))
+    assert len(said) == 1
+    assert "line 3" in said[0]
+    assert "no quantity known here" in said[0]
+    assert issubclass(InputRefused, ValueError)

@@ -1,0 +1,168 @@
+"""A session is steered from afar, and what was commanded is repeated bit by bit."""
+
+import json
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+from live_server import HOSTILE
+from remembering import TABLES, numbers
+from rille import store
+from rille.model import InputRefused
+from rille.simulate.run import find_solver
+
+
+def wait(condition, patience=10.0):
+    """Until it holds; the session runs in real time."""
+    end = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < end, "it did not come"
+        time.sleep(0.005)
+
+
+def repeat(path, scenario):
+    done = subprocess.run([find_solver(), "run", str(path), "--scenario", scenario], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return max(run.id for run in store.list_runs(path))
+
+
+def test_a_remote_session_replayed_from_its_log_gives_the_same_bytes(live):
+    rover = live.client()
+    rover.take()
+    rover.speed(4.0)
+    rover.start()
+    for turn in (0.0, 0.2, -0.3, 0.1):
+        rover.steer(0.1, turn)
+        time.sleep(0.15)
+    rover.set("part.linear_velocity", HOSTILE, [0.0, 0.1, 0.0])
+    rover.drive("wheel_front_left", 0.4, time=rover.time + 0.5)
+    wait(lambda: rover.time > rover.status["time"])
+    rover.pause()
+    rover.step(137)
+    rover.save("half way")
+    rover.start()
+    time.sleep(0.2)
+    rover.stop()
+    first, scenario = rover.status["run_id"], rover.status["scenario"]
+    rover.load("half way")
+    assert rover.status["state"] == "paused"
+    rover.start()
+    rover.steer(-0.1, 0.5)
+    time.sleep(0.2)
+    rover.pause()
+    second, other = rover.status["run_id"], rover.status["scenario"]
+    live.close()
+    for mine, name in ((first, scenario), (second, other)):
+        a, b = numbers(live.path, mine), numbers(live.path, repeat(live.path, name))
+        assert a["body_state"]
+        for table in TABLES:
+            assert a[table] == b[table], (name, table)
+
+
+def test_what_was_asked_is_in_the_log(live):
+    rover, guest = live.client(), live.client("guest")
+    rover.take()
+    rover.start()
+    rover.drive("wheel_rear_left", 0.3)
+    with pytest.raises(InputRefused, match="'console' commands, not 'guest'"):
+        guest.drive("wheel_rear_left", 9.0)
+    run = rover.status["run_id"]
+    live.close()
+    log = store.read_command_log(live.path, run)
+    assert [json.loads(line.request)["kind"] for line in log] == ["take", "start", "drive", "drive"]
+    assert [line.sender for line in log] == ["console"] * 3 + ["guest"]
+    assert [line.sequence for line in log] == [1, 2, 3, 1]
+    assert [bool(line.refused) for line in log] == [False, False, False, True]
+    assert [command.value for command in store.read_scenario(live.path, "live-1").commands if command.value] == [0.3]
+
+
+def test_late_repeated_and_malformed_requests_are_refused_with_a_sentence(live):
+    rover = live.client()
+    rover.take()
+    rover.step(500)
+    with pytest.raises(InputRefused, match=r"is for t = 0\.100 s, and it is 0\.500 s already: too late"):
+        rover.steer(0.1, time=0.1)
+    with pytest.raises(InputRefused, match="malformed at 'forward'"):
+        rover.ask("steer", forward="fast")
+    with pytest.raises(InputRefused, match="malformed"):
+        rover.ask("explode")
+    with pytest.raises(InputRefused, match="malformed at 'surprise'"):
+        rover.ask("start", surprise=1)
+    with pytest.raises(InputRefused, match="does not have; it has wheel_front_left"):
+        rover.drive("wheel_of_fortune", 1.0)
+    rover._numbers = iter([3, 100])
+    with pytest.raises(InputRefused, match="is late: number 7 was given already"):
+        rover.pause()
+    rover.pause()
+
+
+def test_a_request_for_later_acts_at_its_time(live):
+    rover = live.client()
+    rover.take()
+    rover.drive("wheel_front_left", 0.5, time=0.25)
+    rover.step(400)
+    live.close()
+    (command,) = [c for c in store.read_scenario(live.path, "live-1").commands if c.value]  # who leaves lets the rover stand
+    assert (command.time, command.value) == (pytest.approx(0.25, abs=1e-12), 0.5)
+
+
+def test_the_rover_is_placed_before_the_first_step_and_unused_runs_leave_nothing(live):
+    rover = live.client()
+    rover.take()
+    rover.place(0.7, -0.4, 0.6)
+    x, y, _ = rover.read("part.position", HOSTILE)
+    assert (x, y) == pytest.approx((0.7, -0.4), abs=0.02)  # it settles after it was placed
+    w, _, _, z = rover.read("part.orientation", HOSTILE)
+    assert 2 * np.arctan2(z, w) == pytest.approx(0.6, abs=0.02)
+    with pytest.raises(InputRefused, match="terrain"):
+        rover.place(1e5, 0.0)
+    assert rover.read("part.position", HOSTILE)[0] == pytest.approx(0.7, abs=0.02)
+    rover.step(10)
+    with pytest.raises(InputRefused, match="before the first step only"):
+        rover.place(0.0, 0.0)
+    rover.reset()
+    assert rover.status["time"] == 0.0
+    live.close()
+    assert len(store.list_runs(live.path)) == 1  # the one that took steps
+
+
+def test_the_command_is_handed_over_and_free_when_its_holder_leaves(live):
+    one, two = live.client("one"), live.client("two")
+    one.take()
+    with pytest.raises(InputRefused, match="'one' commands"):
+        two.take()
+    wait(lambda: one.status["asked_by"] == "two")
+    one.hand_over("two")
+    two.start()
+    two.steer(0.2)
+    wait(lambda: two.time > 0.2)
+    two.close()
+    wait(lambda: one.status["commander"] is None)
+    one.take()
+    one.pause()
+    live.close()
+    last = {c.drive: c.value for c in store.read_scenario(live.path, "live-1").commands}
+    assert set(last.values()) == {0.0}  # who leaves lets the rover stand
+
+
+def test_physics_ends_a_run_with_its_sentence_and_the_session_goes_on(live):
+    rover = live.client()
+    rover.take()
+    rover.set("part.position", HOSTILE, [0.0, 0.0, -0.5])  # under the ground
+    rover.start()
+    wait(lambda: rover.status["state"] == "ended")
+    assert rover.status["outcome"] in ("wheel_buried", "diverged")
+    assert rover.status["message"]
+    with pytest.raises(InputRefused, match="the run has ended"):
+        rover.start()
+    run, scenario = rover.status["run_id"], rover.status["scenario"]
+    rover.reset()
+    rover.step(10)
+    live.close()
+    again = subprocess.run([find_solver(), "run", str(live.path), "--scenario", scenario], capture_output=True, text=True, timeout=60)
+    assert again.returncode == 4  # ends as the session did
+    a, b = numbers(live.path, run), numbers(live.path, max(r.id for r in store.list_runs(live.path)))
+    for table in TABLES:
+        assert a[table] == b[table], table

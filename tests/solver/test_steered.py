@@ -1,0 +1,185 @@
+"""A run that is steered is kept as a scenario, and a run of that scenario gives the same bytes."""
+
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rille._solver import Run
+
+from machines import chain, free_arm
+from remembering import TABLES, make_remembering, numbers
+from rille import store
+from rille.model import Differential, InputRefused, Joint, Scenario, StateChange
+from rille.simulate.run import find_solver
+from rille.store.steering import LONGEST
+
+
+@pytest.fixture
+def remembering(tmp_path):
+    """A model with everything that has a memory, and the name of an endless scenario of it."""
+    path = make_remembering(tmp_path / "model.db")
+    base = store.read_scenario(path)
+    return path, store.write_steered(path, replace(base, duration=LONGEST), "live")
+
+
+def repeat(path, scenario):
+    """Run the scenario with the program, and return the key of that run."""
+    done = subprocess.run([find_solver(), "run", str(path), "--scenario", scenario], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return max(run.id for run in store.list_runs(path))
+
+
+def steer(run, seed, strokes=40):
+    """Commands and changes of state at random moments, some of them before the first step, some at the same moment."""
+    chance = np.random.default_rng(seed)
+    wheels = [f"wheel_{end}_{side}" for end in ("front", "rear") for side in ("left", "right")]
+    for stroke in range(strokes):
+        for wheel in wheels:
+            if chance.random() < 0.4:
+                run.command(wheel, float(chance.uniform(-1, 1.3)))
+        if stroke % 9 == 4:
+            run.change("part.linear_velocity", "chassis", [float(chance.uniform(-0.1, 0.1)), 0.01, 0.05])
+        if stroke % 9 == 7:
+            run.change("joint.velocity", "wheel_rear_left", [0.7])
+            run.command("wheel_rear_left", 0.3)
+        assert run.advance(int(chance.integers(1, 150)), bool(stroke % 2)) == "running"
+
+
+def test_a_run_of_what_was_steered_gives_the_same_bytes(remembering):
+    path, scenario = remembering
+    run = Run(str(path), scenario=scenario, endless=True)
+    run.begin()
+    steer(run, 1)
+    taken, mine = run.simulation.time, run.id
+    run.finish()
+    del run
+    other = repeat(path, scenario)
+    first, second = numbers(path, mine), numbers(path, other)
+    assert first["body_state"]
+    for table in TABLES:
+        assert first[table] == second[table], table
+    assert store.read_scenario(path, scenario).duration == pytest.approx(taken, abs=1e-9)
+
+
+def test_a_state_that_was_kept_goes_on_as_if_it_had_not_been(remembering):
+    """Two ways from one state: what was steered after it is not part of the second; each is repeated bit by bit from t = 0."""
+    path, scenario = remembering
+    run = Run(str(path), scenario=scenario, endless=True)
+    run.begin()
+    steer(run, 2, 15)
+    run.save("crossroads")
+    time = run.simulation.time
+    run.change("part.linear_velocity", "chassis", [0.0, 0.0, 0.2])  # at the same moment, and yet after it
+    run.command("wheel_front_left", -2.0)
+    steer(run, 3, 10)
+    run.finish()
+    del run
+    other = store.write_continued(path, "crossroads", "live")
+    run = Run(str(path), scenario=other, endless=True, saved="crossroads")
+    assert run.begin() == "running"
+    assert run.simulation.time == time
+    steer(run, 4, 10)
+    ids = (1, run.id)
+    run.finish()
+    del run
+    for mine, name in zip(ids, (scenario, other), strict=True):
+        first, second = numbers(path, mine), numbers(path, repeat(path, name))
+        for table in TABLES:
+            assert first[table] == second[table], (name, table)
+
+
+def test_what_is_killed_can_be_repeated_as_far_as_it_was_written(remembering):
+    path, scenario = remembering
+    run = Run(str(path), scenario=scenario, endless=True)
+    run.begin()
+    steer(run, 5, 10)
+    run.save("here")  # commits
+    time = run.simulation.time
+    del run  # as a program that ends without a word
+    killed = store.list_runs(path)[-1]
+    assert killed.status == "running"
+    first, second = numbers(path, killed.id), numbers(path, repeat(path, scenario))
+    assert max(state[0] for state in first["body_state"]) == pytest.approx(time, abs=0.02)
+    assert len(first["body_state"]) == len(second["body_state"])
+    for table in TABLES:  # ruts, and the last samples of a sensor that is late, are written at the end
+        assert set(first[table]) <= set(second[table]), table
+
+
+def test_a_joint_takes_its_partners_along(make_model):
+    """Both arms of a differential move oppositely; nothing else jumps."""
+    rover = free_arm()
+    names = [joint.name for joint in rover.joints]
+    path = make_model(rover, Scenario(name="s", duration=1, gravity=(0, 0, 0)))
+    run = Run(str(path), endless=True)
+    run.begin()
+    run.change("joint.position", names[0], [0.3])
+    assert run.simulation.read("joint.position", names[0]) == [pytest.approx(0.3, abs=1e-15)]
+    assert run.simulation.read("joint.position", names[1]) == [pytest.approx(0.0, abs=1e-15)]
+    root = rover.bodies[0].name
+    run.change("part.orientation", root, [np.cos(0.2), 0, 0, np.sin(0.2)])
+    run.change("part.position", root, [1.0, 2.0, 3.0])
+    assert run.simulation.read("part.position", root) == pytest.approx([1, 2, 3], abs=1e-14)
+    assert run.simulation.read("part.orientation", root) == pytest.approx([np.cos(0.2), 0, 0, np.sin(0.2)], abs=1e-14)
+    assert run.simulation.read("joint.position", names[0]) == [pytest.approx(0.3, abs=1e-15)]
+
+
+def test_a_differential_follows(make_model):
+    bodies = free_arm().bodies
+    joints = tuple(
+        Joint(name=name, kind="hinge", parent=bodies[0].name, child=body.name, point=(0, y, 0), axis=(0, 1, 0))
+        for name, body, y in zip(("left", "right"), bodies[1:3], (0.3, -0.3), strict=True)
+    )
+    rover = replace(
+        free_arm(),
+        bodies=bodies[:3],
+        joints=joints,
+        drives=(),
+        differentials=(Differential(name="d", carrier=bodies[0].name, joint_a="left", joint_b="right"),),
+    )
+    path = make_model(rover, Scenario(name="s", duration=1, gravity=(0, 0, 0)))
+    run = Run(str(path), endless=True)
+    run.begin()
+    run.change("joint.position", "right", [0.2])
+    assert run.simulation.read("joint.position", "left") == [pytest.approx(-0.2, abs=1e-15)]
+    run.advance(10)
+    assert run.simulation.differential_error < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("quantity", "target", "values", "words"),
+    [
+        ("joint.position", "nowhere", [0.0], "does not have"),
+        ("joint.effort", "hinge1", [0.0], "can be read but not set"),
+        ("joint.position", "hinge1", [0.0, 1.0], "has 1 numbers, not 2"),
+        ("joint.position", "hinge1", [float("nan")], "cannot be nan"),
+        ("part.position", "link1", [0.0, 0.0, 0.0], "the world holds this model"),
+    ],
+)
+def test_what_cannot_be_set_is_refused_and_nothing_changes(make_model, quantity, target, values, words):
+    rover = chain([1.0, 0.5], [1.0, 1.0])
+    path = make_model(rover, Scenario(name="s", duration=1))
+    run = Run(str(path), endless=True)
+    run.begin()
+    joints, bodies = [j.name for j in rover.joints], [b.name for b in rover.bodies]
+    target = {"hinge1": joints[0], "link1": bodies[0]}.get(target, target)
+    before = run.simulation.save()
+    with pytest.raises(InputRefused, match=words):
+        run.change(quantity, target, values)
+    assert run.simulation.save() == before
+    with pytest.raises(InputRefused, match="no state was saved"):
+        Run(str(path), saved="nothing")
+
+
+def test_changes_of_a_scenario_are_made_at_their_times(make_model):
+    """A pendulum that is lifted at 0.5 s swings from there as one that was released there."""
+    rover = chain([1.0], [1.0])
+    joint = rover.joints[0].name
+    change = StateChange(time=0.5, quantity="joint.position", target=joint, values=(0.7,))
+    path = make_model(rover, Scenario(name="s", duration=1.0, changes=(change,), output_interval=0.01))
+    assert store.read_scenario(path).changes == (change,)
+    run = repeat(path, "s")
+    trace = store.read_trace(path, run)
+    at = np.searchsorted(trace.time, 0.5 + 1e-9)
+    assert np.all(trace.joints[0].position[: at - 1] == 0)
+    assert trace.joints[0].position[at] == pytest.approx(0.7, abs=0.01)
