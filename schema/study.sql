@@ -24,6 +24,7 @@ CREATE TABLE factor (
   id INTEGER PRIMARY KEY CHECK (id > 0),                            -- [-] place in the study, from 1 on
   name TEXT NOT NULL UNIQUE CHECK (length(name) > 0),               -- [-] what varies, such as soil.lunar.cohesion
   unit TEXT NOT NULL,                                               -- [-] unit of its values; '-' for numbers and for factors of what the model has
+  relative INTEGER NOT NULL CHECK (relative IN (0, 1)),             -- [-] values are factors of what the model has
   spread TEXT NOT NULL CHECK (spread IN ('uniform', 'log', 'normal', 'values')),  -- [-] distribution
   low REAL NOT NULL,                                                -- [unit] lower end of uniform and log
   high REAL NOT NULL CHECK (spread NOT IN ('uniform', 'log') OR high > low),  -- [unit] upper end of uniform and log

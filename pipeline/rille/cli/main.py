@@ -8,7 +8,25 @@ import typer
 import typer.main
 
 from rille import __version__
-from rille.cli import apply, bench, cad, compare, db, diagnose, effects, import_recording, prove, record, run, soil, sweep, terrain, view
+from rille.cli import (
+    apply,
+    bench,
+    cad,
+    compare,
+    db,
+    diagnose,
+    effects,
+    import_recording,
+    prove,
+    record,
+    replay,
+    run,
+    serve,
+    soil,
+    sweep,
+    terrain,
+    view,
+)
 from rille.model import InputRefused, PhysicsFailed
 
 DONE, BUG, USAGE, REFUSED, PHYSICS, INTERRUPTED = 0, 1, 2, 3, 4, 130
@@ -29,6 +47,8 @@ app.command("bench")(bench.bench)
 app.add_typer(effects.app, name="effects")
 app.command("run")(run.run)
 app.command("view")(view.view)
+app.command("replay")(replay.replay)
+app.command("serve")(serve.serve)
 app.command("compare")(compare.compare)
 app.command("diagnose")(diagnose.diagnose)
 app.command("apply")(apply.apply)

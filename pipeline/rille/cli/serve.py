@@ -38,6 +38,8 @@ def serve(
 
     Example: rille serve rover.db --host 0.0.0.0 --token-file token.txt
     """
+    import numpy as np
+
     from rille import live, store
     from rille.live.server import Show, make_app
     from rille.live.session import Session
@@ -47,12 +49,12 @@ def serve(
     base = live_scenario(database, scenario, step)
     rover = store.read_rover(database)
     terrain = None if base.terrain is None else store.read_terrain(database, base.terrain)
-    place = base.start.position[:2]
-    layout = scene3d.layout(rover, terrain, base, around=place, title=f"{database.stem}: {base.name}")
-    scene = scene3d.scene_glb(rover, terrain, around=place, reach=REACH, origin=layout["origin"])
-    show = Show(page=scene3d.live_page(), scene=scene, layout=layout)
+    view = scene3d.view_of(terrain, np.array([base.start.position]), REACH)
+    title = f"{database.stem}: {base.name}"
+    layout = scene3d.layout(rover, view, title=title, gravity=scene3d.gravity_of(base), step=base.step)
+    show = Show(page=scene3d.live_page(), scene=scene3d.scene_glb(rover, terrain, view), layout=layout)
     hooked = None if hooks is None else live.read_hooks(hooks, base.step, say)
-    session = Session(live_stage(database, base, rover, tuple(layout["origin"])), hooked)
+    session = Session(live_stage(database, base, rover, view.origin), hooked)
     hosts = None if host not in LOOPBACK else frozenset(LOOPBACK)
     app = make_app(session, show, token=token, hosts=hosts)
     return _serve(app, host, port, token is not None, open_page)

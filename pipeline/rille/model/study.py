@@ -40,12 +40,13 @@ class Factor:
     """What varies.
 
     spread : ``uniform`` or ``log`` between low and high; ``normal`` about ``mean``, with the standard deviation ``sigma``; ``values``.
-    All in SI, of ``unit``; of a relative factor without unit. changes : what a value is given to.
+    All in SI, of ``unit``. relative : values are factors of what the model has, without unit. changes : what a value is given to.
     """
 
     name: str
     unit: str
     spread: Spread
+    relative: bool = False
     changes: tuple[Change, ...] = ()
     low: float = 0.0
     high: float = 0.0

@@ -59,7 +59,8 @@ def _write_plan(connection: sqlite3.Connection, plan: StudyPlan) -> None:
     insert(connection, "study", "the study", row)
     for factor in plan.factors:
         row = {field: getattr(factor, field) for field in ("name", "unit", "spread", "low", "high", "mean", "sigma")}
-        insert(connection, "factor", f"factor '{factor.name}'", row | {"choices": json.dumps(factor.values)})
+        row |= {"relative": int(factor.relative), "choices": json.dumps(factor.values)}
+        insert(connection, "factor", f"factor '{factor.name}'", row)
     for measure in plan.measures:
         row = {"name": measure.name, "unit": measure.unit, "meaning": measure.meaning, "main": int(measure.main)}
         insert(connection, "measure", f"outcome '{measure.name}'", row)
@@ -98,6 +99,7 @@ def _plan(connection: sqlite3.Connection) -> StudyPlan:
         factors=tuple(
             Factor(
                 **{field: r[field] for field in ("name", "unit", "spread", "low", "high", "mean", "sigma")},
+                relative=bool(r["relative"]),
                 values=tuple(json.loads(r["choices"])),
             )
             for r in connection.execute("SELECT * FROM factor ORDER BY id")

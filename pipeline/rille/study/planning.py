@@ -31,9 +31,7 @@ class Asked:
     channels: tuple[ChannelMeasure, ...]
 
 
-def plan_study(
-    sheet: StudySheet, subject: Subject, measures: Sequence[Measure], *, parts: Mapping[str, Sequence[str]]
-) -> Asked:
+def plan_study(sheet: StudySheet, subject: Subject, measures: Sequence[Measure], *, parts: Mapping[str, Sequence[str]]) -> Asked:
     """Make of a sheet what can be carried out.
 
     Parameters
@@ -107,7 +105,7 @@ def _factor(entry: VarySheet, subject: Subject) -> Factor:
         return _si(value, meant, f"{key} of '{name}'", entry.relative)
 
     unit = "-" if entry.relative else _unit(meant, entry)
-    factor = Factor(name=name, unit=unit, spread="values", changes=meant.changes)
+    factor = Factor(name=name, unit=unit, spread="values", relative=entry.relative, changes=meant.changes)
     if "low" in given:
         low, high = si(entry.low, "low"), si(entry.high, "high")
         if not low < high or (entry.log and low <= 0):

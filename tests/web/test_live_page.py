@@ -1,0 +1,198 @@
+"""The page of a live session, in a browser, against a server that speaks the protocol: watching, commanding, driving, placing."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from browser import Tab, until
+from web.fake_server import Fake, served
+
+
+@pytest.fixture
+def fake() -> Fake:
+    return Fake()
+
+
+@pytest.fixture
+def live(fake: Fake, tab: Tab) -> Iterator[Tab]:
+    """The page, once it shows the first state."""
+    with served(fake) as address:
+        tab.page.goto(address)
+        tab.page.evaluate("rille.ready")
+        yield tab
+    assert all(asked.startswith((address, address.replace("http", "ws"), "blob:", "data:")) for asked in tab.asked)
+
+
+def commanding(fake: Fake, live: Tab) -> None:
+    live.page.click("#take")
+    until(lambda: fake.commander and live.page.locator("#who").inner_text() == "you command", "that we command")
+
+
+def toasts(live: Tab) -> str:
+    return " ".join(live.page.locator("#toasts").all_inner_texts())
+
+
+def test_it_follows_the_session_and_shows_its_status(fake: Fake, live: Tab):
+    assert live.page.locator("#state").inner_text().lower() == "ready"
+    assert live.page.locator("#who").inner_text() == "nobody commands"
+    assert live.page.locator("#do-go").is_disabled()
+    commanding(fake, live)
+    live.page.click("#do-go")
+    until(lambda: live.page.evaluate("rille.time()") > 0.5, "time going on")
+    assert live.page.locator("#state").inner_text().lower() == "running"
+    drawn = live.page.evaluate("rille.frames()")
+    until(lambda: live.page.evaluate("rille.frames()") > drawn, "new pictures")
+    live.page.keyboard.press(" ")
+    until(lambda: live.page.locator("#state").inner_text().lower() == "paused", "the pause")
+    at = live.page.evaluate("rille.time()")
+    live.page.evaluate("rille.seek(0.2)")  # looking back, while the session stays where it is
+    assert live.page.evaluate("rille.time()") == pytest.approx(0.2)
+    live.page.click("#play")
+    assert live.page.evaluate("rille.time()") == pytest.approx(at, abs=0.05)
+    live.page.click("#do-reset")
+    until(lambda: live.page.evaluate("rille.time()") == 0.0, "the start")
+    assert live.complaints == []
+
+
+def test_keys_drive_and_letting_go_stops(fake: Fake, live: Tab):
+    commanding(fake, live)
+    live.page.keyboard.press(" ")
+    before = np.array(live.page.evaluate("rille.pose('chassis')"))
+    live.page.keyboard.down("w")
+    live.page.keyboard.down("ArrowLeft")
+    until(lambda: len(fake.of("steer")) >= 3, "commands while keys are held")
+    live.page.keyboard.up("ArrowLeft")
+    live.page.wait_for_timeout(1000)
+    live.page.keyboard.up("w")
+    until(lambda: fake.of("steer")[-1]["forward"] == 0 and fake.of("steer")[-1]["turn"] == 0, "the stop")
+    sent = fake.of("steer")
+    assert all(0 <= one["forward"] <= 2.0 * 0.15 for one in sent)  # what the drives can
+    assert any(one["turn"] > 0 for one in sent)
+    assert len(sent) < 40  # the rate is limited
+    assert [one["sequence"] for one in fake.commands] == sorted({one["sequence"] for one in fake.commands})
+    live.page.wait_for_timeout(400)
+    assert fake.of("steer") == sent  # nothing is sent while nothing is held
+    moved = np.array(live.page.evaluate("rille.pose('chassis')")) - before
+    assert np.hypot(*moved[:2]) > 0.1
+    live.page.keyboard.down("s")
+    until(lambda: fake.of("steer")[-1]["forward"] < 0, "driving back")
+    live.page.evaluate("dispatchEvent(new Event('blur'))")  # the window loses the keyboard
+    until(lambda: fake.of("steer")[-1]["forward"] == 0, "the stop")
+    assert live.complaints == []
+
+
+def test_the_stick_and_the_sliders_drive(fake: Fake, live: Tab):
+    commanding(fake, live)
+    box = live.page.locator(".stick").bounding_box()
+    assert box is not None
+    live.page.mouse.move(box["x"] + 58, box["y"] + 58)
+    live.page.mouse.down()
+    live.page.mouse.move(box["x"] + 58, box["y"] + 20, steps=3)
+    until(lambda: fake.of("steer") and fake.of("steer")[-1]["forward"] > 0.05, "driving")
+    live.page.mouse.up()
+    until(lambda: fake.of("steer")[-1]["forward"] == 0, "the stop")
+    live.page.locator("input[aria-label^='drive_rear_left']").fill("1.2")
+    until(lambda: fake.of("drive"), "the drive's value")
+    assert fake.of("drive")[-1] | {"sequence": 0} == {
+        "sender": fake.commander, "sequence": 0, "time": None, "kind": "drive", "drive": "drive_rear_left", "value": 1.2,
+    }  # fmt: skip
+
+
+def test_dragging_the_rover_places_it(fake: Fake, live: Tab):
+    x, y = live.page.evaluate("rille.onScreen('chassis')")
+    live.page.mouse.move(x, y)
+    live.page.mouse.down()
+    live.page.mouse.up()
+    assert "Take the command first" in toasts(live)
+    commanding(fake, live)
+    before = fake.x, fake.y
+    x, y = live.page.evaluate("rille.onScreen('chassis')")
+    live.page.mouse.move(x, y)
+    live.page.mouse.down()
+    live.page.mouse.move(x + 80, y + 10, steps=4)
+    assert live.page.locator(".label.place").is_visible()
+    live.page.mouse.up()
+    until(lambda: fake.of("place"), "the new place")
+    assert 0.1 < np.hypot(fake.x - before[0], fake.y - before[1]) < 3.0
+    placed = fake.of("place")[0]
+    assert placed["heading"] is None
+    until(lambda: abs(live.page.evaluate("rille.pose('chassis')")[0] - placed["x"]) < 1e-3, "the rover there")
+    assert live.complaints == []
+
+
+def test_refusals_are_shown_as_they_were_said(fake: Fake, live: Tab):
+    fake.refuse["start"] = "the run <b>has ended</b>; reset it"
+    commanding(fake, live)
+    live.page.click("#do-go")
+    until(lambda: "the run <b>has ended</b>; reset it" in toasts(live), "the refusal")
+    fake.commander = "page-other"
+    live.page.wait_for_timeout(1200)
+    assert live.page.locator("#who").inner_text() == "page-other commands"
+    live.page.click("#take")
+    until(lambda: "'page-other' commands" in toasts(live), "who commands")
+    live.page.keyboard.down("w")
+    live.page.wait_for_timeout(200)
+    live.page.keyboard.up("w")
+    assert fake.of("steer") == []  # who does not command sends nothing
+
+
+def test_the_command_is_handed_over_to_whom_it_is_asked_by(fake: Fake, live: Tab):
+    commanding(fake, live)
+    fake.asked_by = "tower"
+    until(lambda: live.page.locator("#hand-over").is_visible(), "who asks", 3)
+    assert live.page.locator("#hand-over").inner_text() == "Hand over to tower"
+    live.page.click("#hand-over")
+    until(lambda: fake.commander == "tower", "the other commander")
+    until(lambda: live.page.locator("#who").inner_text() == "tower commands", "the other commander")
+
+
+def test_objects_are_found_read_and_set(fake: Fake, live: Tab):
+    commanding(fake, live)
+    live.page.click("#tab-objects")
+    live.page.click("#pane-objects input")
+    live.page.locator("#pane-objects li[role=option]").first.wait_for()
+    live.page.fill("#pane-objects input", "chassis pos")
+    live.page.keyboard.press("Enter")
+    row = live.page.locator(".object label.row")
+    until(lambda: row.nth(0).locator("output").inner_text() == "98.400", "the value")
+    row.nth(2).locator("input").fill("20.75")
+    live.page.click(".object button[type=submit]")
+    until(lambda: fake.of("set"), "the set value")
+    command = fake.of("set")[0]
+    assert (command["quantity"], command["target"], command["values"]) == ("position", "chassis", pytest.approx([98.4, -50.4, 20.75]))
+
+
+def test_states_are_saved_and_loaded(fake: Fake, live: Tab):
+    commanding(fake, live)
+    live.page.fill("#run input", "on the rim")
+    live.page.keyboard.press("Enter")
+    live.page.click("#do-load")
+    until(lambda: fake.of("load"), "the load")
+    assert fake.of("save")[0]["name"] == "on the rim"
+    assert fake.of("load")[0]["name"] == "before"
+    live.page.select_option("#speed", "5")
+    until(lambda: fake.of("speed"), "the speed")
+    assert fake.of("speed")[0]["factor"] == 5
+
+
+def test_a_server_that_goes_is_told_and_found_again(fake: Fake, tab: Tab):
+    with served(fake) as address:
+        tab.page.goto(address)
+        tab.page.evaluate("rille.ready")
+        port = fake.port
+    until(lambda: tab.page.locator("#banner").is_visible(), "that the server is gone")
+    assert "does not answer" in tab.page.locator("#banner").inner_text()
+    assert tab.page.locator("#state").inner_text().lower() == "no server"
+    fake.sockets.clear()
+    with served(fake, port):
+        until(lambda: tab.page.locator("#banner").is_hidden(), "the server again")
+        until(lambda: tab.page.locator("#state").inner_text().lower() == "ready", "its status")
+
+
+def test_a_live_page_without_its_server_says_what_to_do(tab: Tab, tmp_path):
+    from web.assembled import page
+
+    (tmp_path / "live.html").write_text(page({"kind": "live"}))
+    tab.page.goto((tmp_path / "live.html").as_uri())
+    until(lambda: "rille serve" in tab.page.locator("#banner").inner_text(), "the sentence")
