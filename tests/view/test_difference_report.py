@@ -3,14 +3,12 @@
 import base64
 import json
 import re
-import shutil
-import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from browser import Tab, until
 from machines import plane
 from rille.diagnosis.comparison.difference import find_difference
 from rille.model import InputRefused
@@ -25,12 +23,6 @@ from rille.view.page import Html, Page, Section, escaped, number, probability, s
 from rille.view.thinning import thinned
 from view.difference_case import comparison
 from view.test_view import hand_made
-
-CHROMIUM, DRIVER = Path("/usr/bin/chromium"), Path("/usr/bin/chromedriver")
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-component-update "
-    "--disable-sync --disable-dev-shm-usage --window-size=1300,950"
-)
 
 
 def numbers(packed: dict) -> np.ndarray:
@@ -174,39 +166,7 @@ def case_of_two() -> list[Comparison]:
     return [comparison("traverse/1", seconds=40.0, seed=1), comparison("traverse/2", seconds=12.0, seed=2, faulty=False)]
 
 
-@pytest.fixture
-def browser(tmp_path):
-    """A headless Chromium with a fresh profile that logs console and network."""
-    if not (CHROMIUM.exists() and DRIVER.exists()):
-        pytest.skip(f"no browser: {CHROMIUM} and {DRIVER} come with Debian's packages chromium and chromium-driver")
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = str(CHROMIUM)
-    for flag in (*FLAGS.split(), f"--user-data-dir={tmp_path / 'profile'}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(DRIVER)))
-    try:
-        driver.get("about:blank")
-        driver.get_log("performance")  # what the browser did before is not the page's
-        yield driver
-    finally:
-        driver.quit()
-        shutil.rmtree(tmp_path / "profile", ignore_errors=True)
-
-
-def until(question, what: str, seconds: float = 20.0):
-    """Wait until the question's answer is true."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if answer := question():
-            return answer
-        time.sleep(0.05)
-    raise AssertionError(f"the page did not show {what} within {seconds:g} s")
-
-
-def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
+def test_a_browser_shows_all_and_obeys_every_click(tmp_path, tab: Tab):
     """Every figure is drawn; rows, cells, lists, buttons change what is shown; console and network stay silent; it prints."""
     cases = case_of_two()
     found = find_difference(cases)
@@ -216,10 +176,15 @@ def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
     notes = write_difference_report(
         path, found, cases, rover=rover, terrain=plane(0.1), gate_findings={c.recording: [finding] for c in cases}
     )
-    browser.get(path.as_uri())
+    browser = tab.page
+    browser.set_viewport_size({"width": 1300, "height": 950})
+    browser.goto(path.as_uri())
 
-    def run(script, *arguments):
-        return browser.execute_script("return " + script, *arguments)
+    def run(script):
+        return browser.evaluate(f"() => {script}")
+
+    def text_of(key):
+        return browser.locator(f"#{key}").inner_text()
 
     def layout(figure):
         return f"document.querySelector('#{figure} .canvas')._fullLayout"
@@ -228,17 +193,14 @@ def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
         return f"(document.querySelector('#{figure} .canvas').data ?? [])"
 
     def click(selector):
-        run("(element => { element.scrollIntoView({block: 'center'}); element.click(); })(document.querySelector(arguments[0]))", selector)
-
-    def pick(selector, value):
-        run(
-            "((element, value) => { element.value = value; element.dispatchEvent(new Event('change')); })"
-            "(document.querySelector(arguments[0]), arguments[1])",
-            selector,
-            value,
+        browser.evaluate(
+            "at => { const element = document.querySelector(at); element.scrollIntoView({block: 'center'}); element.click(); }", selector
         )
 
-    assert found.sentence[1:] in browser.find_element("id", "verdict").text
+    def pick(selector, value):
+        browser.select_option(selector, value)
+
+    assert found.sentence[1:] in text_of("verdict")
     figures = run("[...document.querySelectorAll('figure.plot')].map(figure => figure.id)")
     assert set(figures) == {"strip", "series", "runs", "regime", "map", "correlation", "quantiles"}
     for figure in figures:
@@ -247,18 +209,18 @@ def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
 
     # it starts with the worst window's recording and channel
     worst = found.windows[0]
-    assert f"{worst.recording}, {worst.channel}." in browser.find_element("id", "shown").text
+    assert f"{worst.recording}, {worst.channel}." in text_of("shown")
 
     # a row of the windows goes there
     click(f"#window-table tr[data-key$=':{worst.number}']")
-    until(lambda: f"window {worst.number} " in browser.find_element("id", "shown").text, "the window")
+    until(lambda: f"window {worst.number} " in text_of("shown"), "the window")
     low, high = run(f"{layout('series')}.xaxis.range")
     assert low < worst.start < worst.stop < high < low + 3 * (worst.stop - worst.start)
     assert run("document.querySelector('#window-table tr[aria-current]').dataset.key").endswith(f":{worst.number}")
 
     # buttons step and go back
     click("#next")
-    assert f"window {worst.number + 1} " in browser.find_element("id", "shown").text
+    assert f"window {worst.number + 1} " in text_of("shown")
     click("#whole")
     assert run(f"{layout('series')}.xaxis.range")[1] > 39.0
 
@@ -267,14 +229,14 @@ def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
     click(f"#channel-table tr[data-key='channel:{yaw}']")
     assert "orientation.yaw" in run(f"{layout('series')}.yaxis.title.text")
     assert "yaw" in run(f"{layout('regime')}.yaxis.title.text")
-    assert browser.find_element("id", "white-words").text.startswith("yaw: Ljung-Box")
+    assert text_of("white-words").startswith("yaw: Ljung-Box")
     run("document.querySelector('#channel-table tr[data-key=\"channel:0\"]').focus()")
-    browser.switch_to.active_element.send_keys("\n")
+    browser.keyboard.press("Enter")
     assert "position.x" in run(f"{layout('series')}.yaxis.title.text")
 
     # lists
     pick("#pick-recording", "1")
-    assert browser.find_element("id", "shown").text.startswith("traverse/2")
+    assert text_of("shown").startswith("traverse/2")
     torque = [c.name for c in found.channels].index("front_left_torque")
     pick("#pick-channel", str(torque))
     pick("#pick-regime", "slip_ratio/wheel_front_left")
@@ -284,17 +246,17 @@ def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
     assert run(f"{layout('regime')}.xaxis.title.text") == "turning_rate [rad/s]"
     pick("#pick-score", str(yaw))
     click(f"#run-table tr[data-key='run:0:{torque}']")
-    assert browser.find_element("id", "shown").text.startswith("traverse/1, front_left_torque")
+    assert text_of("shown").startswith("traverse/1, front_left_torque")
     click("#target-table tr[data-key]")
 
     # a cell of the strip and a place on the map
     run("document.getElementById('strip').scrollIntoView({behavior: 'instant', block: 'center'})")
     run(f"document.querySelector('#strip .canvas').emit('plotly_click', {{points: [{{pointIndex: [{yaw}, 20], y: {yaw}}}]}})")
-    assert "yaw, window 20 " in browser.find_element("id", "shown").text
+    assert "yaw, window 20 " in text_of("shown")
     run("document.querySelector('#map .canvas').emit('plotly_click', {points: [{pointIndex: 3, customdata: 3}]})")
-    assert "window 0 " in browser.find_element("id", "shown").text
+    assert "window 0 " in text_of("shown")
     run("document.querySelector('#runs .canvas').emit('plotly_click', {points: [{pointIndex: [0, 1], y: 0}]})")
-    assert browser.find_element("id", "shown").text.startswith("traverse/2, x.")
+    assert text_of("shown").startswith("traverse/2, x.")
 
     # tables sort, largest first, and show all rows on demand
     click("#channel-table th:nth-child(3) button")
@@ -310,16 +272,13 @@ def test_a_browser_shows_all_and_obeys_every_click(tmp_path, browser):
         click("#theme")
         assert run(f"{layout('series')}.font.color") == run("rille.css('--ink')")
 
-    shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True})
-    (tmp_path / "report.png").write_bytes(base64.b64decode(shot["data"]))
-    printed = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
+    browser.screenshot(path=tmp_path / "report.png", full_page=True)
+    printed = browser.pdf(print_background=True)
     assert printed.startswith(b"%PDF")
     assert len(printed) > 50_000
     assert not run("document.documentElement.scrollWidth > document.documentElement.clientWidth"), "the page is wider than the window"
 
-    assert browser.get_log("browser") == []
-    sent = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    asked = {m["params"]["request"]["url"].split(":")[0] for m in sent if m["method"] == "Network.requestWillBeSent"}
-    assert asked <= {"file", "data", "blob"}
+    assert tab.complaints == []
+    assert tab.schemes <= {"file", "data", "blob"}
     if not notes:  # EGL works here
         assert run("document.querySelector('#machine-picture img').naturalWidth") > 1000

@@ -2,13 +2,13 @@
 
 import json
 import re
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from browser import Tab
 from command import assert_refused, rille
 from recording.gate_machines import changed, machine
 from rille import store
@@ -16,7 +16,6 @@ from rille.model import InputRefused
 from rille.model.recording import GateFinding, Recording
 from rille.recording.gate import gate
 from rille.view.gate_report import MEANING, write_gate_report
-from view.test_difference_report import CHROMIUM, DRIVER, FLAGS
 
 CODES = re.compile(r'code="([a-z_]+)"')
 
@@ -75,29 +74,15 @@ def test_the_verb_checks_stores_and_shows(tmp_path: Path):
     assert_refused(refused, "drivv", "drive")
 
 
-@pytest.mark.skipif(not (CHROMIUM.is_file() and DRIVER.is_file()), reason="no chromium and chromedriver")
-def test_a_browser_draws_it(tmp_path: Path):
+def test_a_browser_draws_it(tmp_path: Path, tab: Tab):
     """Every picture is drawn, and nothing is complained of or asked from a network."""
-    from selenium.webdriver import Chrome, ChromeOptions, ChromeService
-
     recording = faulty()
-    page = write_gate_report(tmp_path / "gate.html", [replace(recording, findings=gate([recording])[0])], source="rover.db")
-    options = ChromeOptions()
-    options.binary_location = str(CHROMIUM)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    for flag in [*FLAGS.split(), f"--user-data-dir={tmp_path / 'profile'}"]:
-        options.add_argument(flag)
-    driver = Chrome(options=options, service=ChromeService(str(DRIVER)))
-    try:
-        driver.get(page.as_uri())
-        figures = driver.find_elements("css selector", "figure.plot")
-        assert figures
-        for figure in figures:
-            driver.execute_script("arguments[0].scrollIntoView()", figure)
-            until = time.monotonic() + 20
-            while not figure.find_elements("css selector", ".main-svg") and time.monotonic() < until:
-                time.sleep(0.05)
-            assert figure.find_elements("css selector", ".main-svg")
-        assert not [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
-    finally:
-        driver.quit()
+    path = write_gate_report(tmp_path / "gate.html", [replace(recording, findings=gate([recording])[0])], source="rover.db")
+    tab.page.goto(path.as_uri())
+    figures = tab.page.locator("figure.plot")
+    assert figures.count()
+    for figure in figures.all():
+        figure.scroll_into_view_if_needed()
+        figure.locator(".main-svg").first.wait_for(state="attached")
+    assert tab.complaints == []
+    assert tab.schemes <= {"file", "data", "blob"}

@@ -7,86 +7,194 @@ import typer
 
 from rille.cli.talk import Json, print_json, progress, say
 
-STILLS = ".png"
+PAGE, ANIMATION, STILL, FILMS = ".html", ".glb", ".png", (".mp4", ".gif")
+CAMERAS = ("follow", "chase", "top")
 
 
 def replay(
     database: Annotated[Path, typer.Argument(help="Database with the run.")],
     run: Annotated[int | None, typer.Option(help="Number of the run; default: the latest.")] = None,
-    against: Annotated[str | None, typer.Option(help="Another run, by its number, or a recording, by its name: shown beside it.")] = None,
-    side: Annotated[bool, typer.Option("--side", help="Two pictures side by side instead of a ghost in one.")] = False,
+    against: Annotated[str | None, typer.Option(help="Another run, by its number, or a recording, by its name: shown as a ghost.")] = None,
+    side: Annotated[bool, typer.Option("--side", help="With --against: two pictures side by side instead of a ghost.")] = False,
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="Page to write; default: DATABASE-run-N.html beside the database.")
+        list[Path] | None,
+        typer.Option("-o", "--out", help="File to write, repeatable: .html, .mp4, .gif, .glb or .png; default: DATABASE-run-N.html."),
     ] = None,
+    at: Annotated[list[float] | None, typer.Option(help="Time of a still picture [s], repeatable; default: the end.")] = None,
+    start: Annotated[float | None, typer.Option("--from", help="Begin of a film [s].")] = None,
+    stop: Annotated[float | None, typer.Option("--to", help="End of a film [s].")] = None,
+    speed: Annotated[float, typer.Option(min=1e-3, max=1e4, help="Simulated time per film time.")] = 1.0,
+    fps: Annotated[float, typer.Option(min=1, max=120, help="Frames per second of a film.")] = 25.0,
+    size: Annotated[str, typer.Option(help="Width x height of films and stills, in pixels.")] = "1280x720",
+    camera: Annotated[str, typer.Option(help="Of films and stills: follow (fixed direction), chase (from behind) or top.")] = "follow",
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
     as_json: Json = False,
 ) -> int:
     """Watch a run in the browser: rover, ground with ruts, forces, slip, path, plots; play, scrub, compare. One file, works offline.
+    The same as a film, as still pictures, and as an animated glTF for other programs.
 
     Example: rille replay rover.db --open
 
     Example: rille replay rover.db --run 3 --against 2 --side
+
+    Example: rille replay rover.db --against recording_1 -o page.html -o film.mp4 -o rover.glb --speed 4 --camera chase
+
+    Example: rille replay rover.db -o still.png --at 10 --at 20
     """
-    import numpy as np
-
-    from rille import store
     from rille.model import InputRefused
-    from rille.view import scene3d
 
-    rover = store.read_rover(database)
-    trace = store.read_trace(database, run)
-    if len(trace.time) == 0:
-        raise InputRefused(f"run {trace.run_id} of '{database}' holds no states; run the scenario again")
-    scenario = store.read_scenario(database, trace.scenario)
-    terrain = None if scenario.terrain is None else store.read_terrain(database, scenario.terrain)
-    others = [] if against is None else [_other(database, against)]
+    targets = out or [database.with_name(f"{database.stem}-run-{_latest(database, run)}{PAGE}")]
+    for target in targets:
+        if target.suffix.lower() not in (PAGE, ANIMATION, STILL, *FILMS):
+            raise InputRefused(f"'{target}' ends in none of {PAGE} {ANIMATION} {STILL} {' '.join(FILMS)}; choose one of these")
+        if not target.parent.is_dir():
+            raise InputRefused(f"the folder '{target.parent}' does not exist; create it first")
+    if camera not in CAMERAS:
+        raise InputRefused(f"camera is '{camera}'; it must be one of {', '.join(CAMERAS)}")
+    show = _Show(database, run, against)
+    written: list[Path] = []
     with progress("replay") as update:
-        update("scene", 0.1)
-        path = np.concatenate([body.position for shown in (trace, *others) for body in shown.bodies])
-        view = scene3d.view_of(terrain, path)
-        origin = np.array(view.origin)
-        title = f"{database.stem}: {trace.scenario}, run {trace.run_id}"
-        layout = scene3d.layout(
-            rover, view, title=title, gravity=scene3d.gravity_of(scenario), step=trace.step, duration=float(trace.time[-1])
-        )
-        scene = scene3d.scene_glb(rover, terrain, view)
-        update("runs", 0.6)
-        runs = [
-            scene3d.Shown(label=f"run {t.run_id}", time=t.time, states=scene3d.states(t, rover, origin), events=t.events)
-            for t in (trace, *others)
-        ]
-        mode = "single" if not others else "side" if side else "ghost"
-        update("page", 0.8)
-        text = scene3d.page(scene3d.source(layout, scene, runs, mode), title)
-    target = out if out is not None else database.with_name(f"{database.stem}-run-{trace.run_id}.html")
-    _write(target, text)
+        for target in targets:
+            suffix = target.suffix.lower()
+
+            def tell(share: float, name: str = target.name) -> None:
+                update(name, share)
+
+            if suffix == PAGE:
+                _write(target, show.page(side).encode())
+                written.append(target)
+            elif suffix == ANIMATION:
+                _write(target, show.animation())
+                written.append(target)
+            else:
+                written += show.shoot(target, at or [], (start, stop), speed, fps, _size(size), camera, tell)
+    for note in show.notes:
+        say(note)
     if as_json:
-        print_json({"page": str(target), "run_id": trace.run_id, "duration": float(trace.time[-1]), "bytes": len(text.encode())})
+        print_json({"files": [str(path) for path in written], "run_id": show.trace.run_id, "notes": show.notes})
     else:
-        print(target)
+        for path in written:
+            print(path)
     if open_page:
         import webbrowser
 
-        webbrowser.open(target.resolve().as_uri())
+        webbrowser.open(written[0].resolve().as_uri())
     return 0
 
 
-def _other(database: Path, against: str) -> Any:
+class _Show:
+    """A run, what it is compared with, and the piece of the world that they passed."""
+
+    def __init__(self, database: Path, run: int | None, against: str | None) -> None:
+        import numpy as np
+
+        from rille import store
+        from rille.model import InputRefused
+        from rille.view import scene3d
+
+        self.notes: list[str] = []
+        self.rover = store.read_rover(database)
+        self.trace = store.read_trace(database, run)
+        if len(self.trace.time) == 0:
+            raise InputRefused(f"run {self.trace.run_id} of '{database}' holds no states; run the scenario again")
+        scenario = store.read_scenario(database, self.trace.scenario)
+        self.terrain = None if scenario.terrain is None else store.read_terrain(database, scenario.terrain)
+        self.other = None if against is None else self._other(database, against)
+        shown = [self.trace] if self.other is None else [self.trace, self.other[0]]
+        self.view = scene3d.view_of(self.terrain, np.concatenate([body.position for trace in shown for body in trace.bodies]))
+        self.title = f"{database.stem}: {self.trace.scenario}, run {self.trace.run_id}"
+        self.layout = scene3d.layout(
+            self.rover,
+            self.view,
+            title=self.title,
+            gravity=scene3d.gravity_of(scenario),
+            step=self.trace.step,
+            duration=float(self.trace.time[-1]),
+        )
+
+    def _other(self, database: Path, against: str) -> tuple[Any, str, list[Any]]:
+        """Another run, or a recording as one: its trace, its label, channels for the plots."""
+        from rille import store
+        from rille.model import InputRefused, nearest_names
+        from rille.view import scene3d
+
+        names = store.recording_names(database)
+        if against in names:
+            recording = store.read_recording(database, against)
+            if recording.kind != "time":
+                raise InputRefused(f"recording '{against}' is of a bench: points, and nothing that moves; `rille compare` shows it")
+            trace, notes = scene3d.recorded_trace(recording, self.rover, self.trace)
+            self.notes += notes
+            return trace, f"recording {against}", scene3d.extras(recording)
+        if against.isdigit():
+            trace = store.read_trace(database, int(against))
+            if len(trace.time) == 0:
+                raise InputRefused(f"run {against} of '{database}' holds no states; run the scenario again")
+            return trace, f"run {against}", []
+        raise InputRefused(f"'{database}' has neither a run nor a recording '{against}'; {nearest_names(against, names)}")
+
+    def page(self, side: bool) -> str:
+        """The page as HTML."""
+        import numpy as np
+
+        from rille.view import scene3d
+
+        origin = np.array(self.view.origin)
+        shown: list[tuple[Any, str, list[Any]]] = [(self.trace, f"run {self.trace.run_id}", [])]
+        shown += [] if self.other is None else [self.other]
+        runs = [
+            scene3d.Shown(label=label, time=trace.time, states=scene3d.states(trace, self.rover, origin), events=trace.events, extra=extra)
+            for trace, label, extra in shown
+        ]
+        mode = "single" if len(runs) == 1 else "side" if side else "ghost"
+        scene = scene3d.scene_glb(self.rover, self.terrain, self.view)
+        return scene3d.page(scene3d.source(self.layout, scene, runs, mode), self.title)
+
+    def animation(self) -> bytes:
+        """The run as an animated glTF."""
+        from rille.view import scene3d
+
+        return scene3d.animated_glb(self.rover, self.terrain, self.view, self.trace)
+
+    def shoot(
+        self, target: Path, at: list[float], span: tuple[Any, Any], speed: float, fps: float, size: Any, camera: Any, tell: Any
+    ) -> Any:
+        """A film or stills."""
+        from rille.model import InputRefused
+        from rille.view import scene3d
+
+        first, last = float(self.trace.time[0]), float(self.trace.time[-1])
+        start, stop = (first if span[0] is None else span[0]), (last if span[1] is None else span[1])
+        if not start < stop:
+            raise InputRefused(f"the film begins at {start:g} s and ends at {stop:g} s; --from must come before --to")
+        take = scene3d.Take(start=start, stop=stop, speed=speed, fps=fps, size=size, camera=camera)
+        stills = (at or [last]) if target.suffix.lower() == STILL else []
+        scene = scene3d.scene_glb(self.rover, self.terrain, self.view)
+        return scene3d.shoot(target, scene, self.rover, self.trace, self.view, take, stills=stills, title=self.title, progress=tell)
+
+
+def _latest(database: Path, run: int | None) -> int:
     from rille import store
+
+    return store.read_trace(database, run).run_id if run is None else run
+
+
+def _size(text: str) -> tuple[int, int]:
     from rille.model import InputRefused
 
-    if against.isdigit():
-        return store.read_trace(database, int(against))
-    raise InputRefused(f"'{against}' is no number of a run")
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit() and 64 <= int(width) <= 7680 and 64 <= int(height) <= 4320):
+        raise InputRefused(f"size is '{text}'; it must be WIDTHxHEIGHT from 64x64 to 7680x4320 pixels, such as 1280x720")
+    return int(width) // 2 * 2, int(height) // 2 * 2  # as H.264 needs
 
 
-def _write(target: Path, text: str) -> None:
+def _write(target: Path, content: bytes) -> None:
     """All of it, or nothing new."""
     from rille.model import InputRefused
 
     part = target.with_name(target.name + ".part")
     try:
-        part.write_text(text, encoding="utf-8")
+        part.write_bytes(content)
         part.replace(target)
     except OSError as error:
         part.unlink(missing_ok=True)

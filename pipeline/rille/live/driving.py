@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from rille.model import Joint, Rover
 
 UPRIGHT = 0.9  # cosine of a steering axis with the vertical, at least
+SHY = 0.02  # [rad] that steering stays away from its stops
 LEVEL = 0.9  # of a wheel's axle with the horizontal plane, at least
 
 
@@ -56,7 +57,7 @@ def driven_wheels(rover: Rover) -> tuple[DrivenWheel, ...]:
                 fastest=drive.max_speed if drive.max_speed is not None else math.inf,
                 steering=None if above is None else steered[above.name].name,
                 steering_sign=1.0 if above is None or above.axis[2] > 0 else -1.0,
-                limits=(-math.inf, math.inf) if limit is None else (limit.lower, limit.upper),
+                limits=(-math.inf, math.inf) if limit is None else (min(0.0, limit.lower + SHY), max(0.0, limit.upper - SHY)),
             )
         )
     return tuple(found)

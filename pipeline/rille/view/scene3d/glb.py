@@ -27,7 +27,8 @@ class Glb:
     """A scene that is written piece by piece."""
 
     def __init__(self) -> None:
-        self.gltf, self._blob = gl.GLTF2(scene=0, scenes=[gl.Scene(nodes=[])]), bytearray()
+        self.gltf: Any = gl.GLTF2(scene=0, scenes=[gl.Scene(nodes=[])])  # its lists may be None by their types, and never are here
+        self._blob = bytearray()
         self.gltf.asset = gl.Asset(version="2.0", generator="rille")
         self._materials: dict[tuple[float, ...], int] = {}
 
@@ -50,13 +51,12 @@ class Glb:
         self.gltf.accessors.append(made)
         return len(self.gltf.accessors) - 1
 
-    def material(self, color: Array, opacity: float = 1.0) -> int:
+    def material(self, color: Array) -> int:
         """A rough material of a linear colour (3,); the same one for the same colour."""
-        key = (*map(float, color), opacity)
+        key = tuple(map(float, color))
         if key not in self._materials:
-            pbr = gl.PbrMetallicRoughness(baseColorFactor=list(key), metallicFactor=0.1, roughnessFactor=0.7)
-            blend = {"alphaMode": gl.BLEND} if opacity < 1 else {}
-            self.gltf.materials.append(gl.Material(pbrMetallicRoughness=pbr, doubleSided=True, **blend))
+            pbr = gl.PbrMetallicRoughness(baseColorFactor=[*key, 1.0], metallicFactor=0.1, roughnessFactor=0.7)
+            self.gltf.materials.append(gl.Material(pbrMetallicRoughness=pbr, doubleSided=True))
             self._materials[key] = len(self.gltf.materials) - 1
         return self._materials[key]
 
@@ -78,7 +78,7 @@ class Glb:
         name: str,
         *,
         mesh: int | None = None,
-        position: Sequence[float] | None = None,
+        position: Sequence[float] | Array | None = None,
         rotation: Sequence[float] | None = None,
         children: Sequence[int] = (),
         extras: dict[str, Any] | None = None,

@@ -20,7 +20,7 @@ SINK = 0.02  # of the coarse ground below the fine one where they meet, in posti
 def add_ground(glb: Glb, terrain: Terrain, center: Array, reach: float, origin: Array) -> None:
     """Add fine ground within ``reach`` [m] of ``center`` (x, y), coarse ground around it and the stated obstacles."""
     sun = np.array(SUN) / np.linalg.norm(SUN)
-    fine = crop(terrain, center, reach, FINE)
+    fine = finer(crop(terrain, center, reach, FINE))
     _add(glb, fine, terrain, sun, origin, "terrain")
     wide = crop(terrain, center, max(AROUND * reach, LEAST_COARSE), COARSE)
     if wide.x[0] < fine.x[0] or wide.x[-1] > fine.x[-1] or wide.y[0] > fine.y[0] or wide.y[-1] < fine.y[-1]:
@@ -33,6 +33,12 @@ def add_ground(glb: Glb, terrain: Terrain, center: Array, reach: float, origin: 
         triangles = np.arange(3 * len(corners)).reshape(-1, 3)
         mesh = glb.mesh(corners.reshape(-1, 3), triangles, normals=np.repeat(normals, 3, axis=0), material=glb.material(rgb(ROCK_GRAY)))
         glb.node("obstacles", mesh=mesh, extras={"rille": "obstacles", "name": "obstacles"}, top=True)
+
+
+def finer(patch: Patch) -> Patch:
+    """The same ground on ``FINE`` points a side, bilinear, so that ruts have room between the terrain's own points."""
+    x, y = np.linspace(patch.x[0], patch.x[-1], FINE), np.linspace(patch.y[0], patch.y[-1], FINE)
+    return Patch(x=x, y=y, z=patch.height(x[None, :], y[:, None]))
 
 
 def _add(glb: Glb, patch: Patch, terrain: Terrain, sun: Array, origin: Array, kind: str, hole: Patch | None = None) -> None:

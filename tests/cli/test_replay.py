@@ -1,0 +1,70 @@
+"""``rille replay``: files of every kind, and sentences for what cannot be."""
+
+import json
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from PIL import Image
+
+from command import assert_refused, rille
+from effect_rigs import EARTH
+from machines import cart, plane
+from rille.model import Command, Scenario
+
+
+@pytest.fixture
+def path(make_model):
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=1, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, commands=commands
+    )
+    found = make_model(rover, scenario, plane(0.05))
+    assert rille("run", found).returncode == 0
+    return found
+
+
+def test_a_run_as_page_film_animation_and_stills(path, tmp_path):
+    targets = [tmp_path / name for name in ("p.html", "f.mp4", "g.gif", "a.glb", "s.png")]
+    options = ["--size", "160x90", "--fps", "10", "--speed", "2", "--at", "0", "--at", "1", "--camera", "chase"]
+    done = rille("replay", path, *(word for target in targets for word in ("-o", target)), *options, "--json")
+    assert done.returncode == 0, done.stderr
+    files = json.loads(done.stdout)["files"]
+    assert files == [str(t) for t in (*targets[:4], tmp_path / "s-0s.png", tmp_path / "s-1s.png")]
+    for film in targets[1:3]:
+        frames = imageio_ffmpeg.read_frames(str(film))
+        facts = next(frames)
+        pictures = [np.frombuffer(frame, np.uint8) for frame in frames]
+        assert facts["size"] == (160, 90)
+        assert len(pictures) == 6  # 1 s at twice its speed and ten frames a second: 0.5 s, both ends included
+        assert np.abs(pictures[0].astype(int) - pictures[-1]).mean() > 1  # it moves
+    first, last = (np.asarray(Image.open(tmp_path / f"s-{t}s.png").convert("L"), dtype=int) for t in (0, 1))
+    assert first.std() > 10
+    assert np.abs(first - last).mean() > 1
+    assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
+    assert sorted(p.name for p in tmp_path.iterdir() if p.suffix == ".part") == []
+
+
+def test_the_page_stands_beside_the_database_by_default(path):
+    done = rille("replay", path, "--against", "1", "--side")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == str(path.with_name(f"{path.stem}-run-1.html"))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--run", "7"], ["has no run 7"]),
+        (["--against", "mars"], ["neither a run nor a recording 'mars'"]),
+        (["-o", "film.avi"], ["ends in none of"]),
+        (["-o", "nowhere/p.html"], ["folder 'nowhere' does not exist"]),
+        (["-o", "s.png", "--at", "9"], ["time is 9 s", "goes from 0 to 1 s"]),
+        (["-o", "f.mp4", "--from", "0.8", "--to", "0.2"], ["--from must come before --to"]),
+        (["-o", "f.mp4", "--size", "huge"], ["size is 'huge'"]),
+        (["-o", "f.mp4", "--camera", "selfie"], ["camera is 'selfie'"]),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(path, tmp_path, options, words):
+    assert_refused(rille("replay", path, *options, cwd=tmp_path), *words)
+    assert list(tmp_path.glob("f.*")) == []
