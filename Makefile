@@ -62,15 +62,15 @@ demo: build  ## drive the example rover for 60 s over a composed terrain; table,
 	$(BIN)/rille run $(OUT)/demo/rover.db --scenario examples/first_drive/traverse.toml
 	$(BIN)/rille view $(OUT)/demo/rover.db -o $(OUT)/demo
 
-# Reports are tested in a browser. Where no such package exists (Ubuntu has a snap instead), those tests are skipped and say so.
+# Pages are tested in a browser. Where no such package exists (Ubuntu has a snap instead), those tests are skipped and say so.
 .setup-browser: .setup-system
-	@missing=$$(for p in chromium chromium-driver; do dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null | grep -qx installed || echo $$p; done)
+	@missing=$$(for p in chromium; do dpkg-query -W -f='$${db:Status-Status}' $$p 2>/dev/null | grep -qx installed || echo $$p; done)
 	if [ -n "$$missing" ]; then
-	  echo "installing a browser for the tests of reports:" $$missing
+	  echo "installing a browser for the tests of pages:" $$missing
 	  if [ "$$(id -u)" = 0 ]; then become=""; else become=sudo; fi
 	  DEBIAN_FRONTEND=noninteractive $$become apt-get install -y -q --no-install-recommends $$missing >/dev/null 2>&1 \
 	    || { $$become apt-get update -q >/dev/null && DEBIAN_FRONTEND=noninteractive $$become apt-get install -y -q --no-install-recommends $$missing >/dev/null; } \
-	    || echo "no browser could be installed; tests of reports will be skipped"
+	    || echo "no browser could be installed; tests of pages will be skipped"
 	fi
 	touch $@
 

@@ -20,11 +20,11 @@ PAGE = "<!doctype html><title>stub</title>"
 class Live:
     """A server in a thread: address, session, database; ``client`` makes clients that are closed at the end."""
 
-    def __init__(self, path, token=None, step=None):
+    def __init__(self, path, token=None, show=None):
         self.path = path
-        base = live_scenario(path, None, step)
-        self.session = Session(live_stage(path, base, store.read_rover(path), (0.0, 0.0, 0.0)))
-        show = Show(page=PAGE, scene=b"glTF", layout={"title": HOSTILE, "origin": [0, 0, 0]})
+        base = live_scenario(path, None, None)
+        show = show or Show(page=PAGE, scene=b"glTF", layout={"title": HOSTILE, "origin": [0, 0, 0]})
+        self.session = Session(live_stage(path, base, store.read_rover(path), tuple(show.layout["origin"])))
         app = make_app(self.session, show, token=token, hosts=frozenset({"127.0.0.1", "localhost"}))
         listening = socket.socket()
         listening.bind(("127.0.0.1", 0))

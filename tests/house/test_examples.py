@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -98,3 +99,38 @@ def test_notebook_of_the_solver_in_process(repository, tmp_path):
     rille("terrain", "build", examples / "terrain/composed.toml", "-o", database)
     rille("run", database, "--scenario", examples / "first_drive/traverse.toml", "--duration", "1")
     assert "with slip-sinkage" in python(examples / "in_process/notebook.py", database)
+
+
+def test_a_session_is_steered_from_a_console_and_hooks_are_called(repository, tmp_path):
+    """The control platform of examples/live against `rille serve`; then the hooks; then the page of it all."""
+    examples = repository / "examples"
+    database = tmp_path / "rover.db"
+    rille("cad", "build", examples / "rover/rover.toml", "-o", database)
+    rille("terrain", "build", examples / "terrain/composed.toml", "-o", database)
+    scenario = examples / "first_drive/traverse.toml"
+    command = [RILLE, "serve", str(database), "--scenario", str(scenario), "--port", "0"]
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        address = server.stdout.readline().strip()
+        assert address.startswith("http://127.0.0.1:"), server.stderr.read()
+        for _ in range(100):  # the address is printed before the session listens
+            if (
+                subprocess.run(
+                    [sys.executable, "-c", f"import urllib.request; urllib.request.urlopen('{address}')"], capture_output=True
+                ).returncode
+                == 0
+            ):
+                break
+        printed = python(examples / "live/console.py", address)
+        assert "run 1 of scenario 'live-1' is in the database" in printed
+    finally:
+        server.send_signal(signal.SIGINT)
+        assert server.wait(30) == 0
+    again = rille("run", database, "--scenario", "live-1")
+    assert again["status"] == "done"
+    assert again["time_reached"] > 41
+    hooked = rille("run", database, "--scenario", scenario, "--hooks", examples / "live/ease_off.py")
+    assert (hooked["status"], hooked["scenario"]) == ("stopped", "traverse-hooks-1")
+    assert hooked["message"].startswith("5 m at")
+    shown = rille("replay", database, "--run", "1", "--against", "3", "-o", tmp_path / "page.html", "-o", tmp_path / "rover.glb")
+    assert len(shown["files"]) == 2

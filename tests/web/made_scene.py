@@ -6,16 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pygltflib as gl
 import trimesh
 from numpy.typing import NDArray
+
+from rille.view.scene3d.glb import Glb
 
 RADIUS, WIDTH, SPEED = 0.15, 0.14, 0.12  # of wheels [m], of the rover [m/s]
 ORIGIN = (100.0, -50.0, 20.0)
 PLACES = {"front_left": (0.36, 0.32), "front_right": (0.36, -0.32), "rear_left": (-0.36, 0.32), "rear_right": (-0.36, -0.32)}
 POSTING, SIDE = 0.05, 241
 SUN = np.array([-0.55, 0.45, 0.70]) / np.linalg.norm([-0.55, 0.45, 0.70])
-CRATERS = ((2.6, 1.9, 1.1, 0.22), (4.4, -1.7, 0.9, 0.16), (-2.0, -2.2, 1.6, 0.25), (0.7, -2.4, 0.5, 0.09), (-1.4, 2.7, 0.8, 0.13), (5.4, 2.6, 0.6, 0.1))
+CRATERS = (
+    (2.6, 1.9, 1.1, 0.22),
+    (4.4, -1.7, 0.9, 0.16),
+    (-2.0, -2.2, 1.6, 0.25),
+    (0.7, -2.4, 0.5, 0.09),
+    (-1.4, 2.7, 0.8, 0.13),
+    (5.4, 2.6, 0.6, 0.1),
+)
 
 
 def height(x: NDArray, y: NDArray) -> NDArray:
@@ -40,7 +48,12 @@ def layout(chassis: str = "chassis") -> dict:
     """Names and order of the numbers."""
     wheels = [f"wheel_{name}" for name in PLACES]
     return {
-        "title": "Small rover, crater field", "origin": list(ORIGIN), "gravity": 1.62, "step": 0.001, "duration": 40.0, "sun": SUN.tolist(),
+        "title": "Small rover, crater field",
+        "origin": list(ORIGIN),
+        "gravity": 1.62,
+        "step": 0.001,
+        "duration": 40.0,
+        "sun": SUN.tolist(),
         "bodies": [{"name": chassis, "root": True}, *({"name": name, "root": False} for name in wheels)],
         "joints": [{"name": f"axle_{name}", "kind": "hinge", "lower": None, "upper": None} for name in PLACES],
         "wheels": [
@@ -48,11 +61,19 @@ def layout(chassis: str = "chassis") -> dict:
             for name in PLACES
         ],
         "drives": [
-            {"name": f"drive_{name}", "joint": f"axle_{name}", "mode": "speed", "max_speed": 2.0, "max_torque": 20.0, "lower": None, "upper": None}
+            {
+                "name": f"drive_{name}",
+                "joint": f"axle_{name}",
+                "mode": "speed",
+                "max_speed": 2.0,
+                "max_torque": 20.0,
+                "lower": None,
+                "upper": None,
+            }
             for name in PLACES
         ],
         "quantities": {},
-    }  # fmt: skip
+    }
 
 
 def state_at(x: float, y: float, yaw: float, rolled: float, slip: float, wave: float) -> NDArray[np.float32]:
@@ -64,15 +85,13 @@ def state_at(x: float, y: float, yaw: float, rolled: float, slip: float, wave: f
     sinkage = 0.024 * (loads / 40.0) ** 0.8 * (1 + 0.9 * max(0.0, slip))
     pitch = -np.arctan2(ground["front_left"] + ground["front_right"] - ground["rear_left"] - ground["rear_right"], 4 * 0.36)
     roll = np.arctan2(ground["front_left"] + ground["rear_left"] - ground["front_right"] - ground["rear_right"], 4 * 0.32)
-    cr, sr, cp, sp, cy, sy = *(f(0.5 * a) for a in (roll, pitch, yaw) for f in (np.cos, np.sin)),
+    cr, sr, cp, sp, cy, sy = (*(f(0.5 * a) for a in (roll, pitch, yaw) for f in (np.cos, np.sin)),)
     turn = np.array([cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy])
     z = float(np.mean(list(ground.values()))) + RADIUS + 0.16 - float(np.mean(sinkage))
     values: list[float] = [x, y, z, *turn]
     spin = np.array([np.cos(0.5 * rolled), 0.0, np.sin(0.5 * rolled), 0.0])
     yawed = np.array([np.cos(0.5 * yaw), 0.0, 0.0, np.sin(0.5 * yaw)])
-    wheel_turn = [
-        yawed[0] * spin[0], -yawed[3] * spin[2], yawed[0] * spin[2], yawed[3] * spin[0]
-    ]  # fmt: skip
+    wheel_turn = [yawed[0] * spin[0], -yawed[3] * spin[2], yawed[0] * spin[2], yawed[3] * spin[0]]
     for k, name in enumerate(PLACES):
         values += [*corners[name], ground[name] - sinkage[k] + RADIUS, *wheel_turn]
     for _ in PLACES:
@@ -80,9 +99,17 @@ def state_at(x: float, y: float, yaw: float, rolled: float, slip: float, wave: f
     for k, name in enumerate(PLACES):
         own = slip + 0.08 * np.sin(1.7 * wave + k)
         values += [
-            *corners[name], ground[name] - sinkage[k] + RADIUS, ground[name], own, 0.05 * np.sin(wave), sinkage[k],
-            loads[k], 14.0 * own + 3.0 * np.sin(wave + k), 6.0 * np.sin(0.8 * wave + 2 * k), 2.0 + 3.0 * own,
-        ]  # fmt: skip
+            *corners[name],
+            ground[name] - sinkage[k] + RADIUS,
+            ground[name],
+            own,
+            0.05 * np.sin(wave),
+            sinkage[k],
+            loads[k],
+            14.0 * own + 3.0 * np.sin(wave + k),
+            6.0 * np.sin(0.8 * wave + 2 * k),
+            2.0 + 3.0 * own,
+        ]
     return np.array(values, dtype=np.float32)
 
 
@@ -103,69 +130,24 @@ def run(seconds: float = 40.0, rate: float = 25.0, aside: float = 0.0, slip: flo
     return Run(time, np.array(states, dtype=np.float32), events)
 
 
-class Glb:
-    """A binary glTF that grows: meshes, nodes with extras."""
-
-    def __init__(self) -> None:
-        self.gltf, self.blob = gl.GLTF2(scene=0, scenes=[gl.Scene(nodes=[])]), bytearray()
-
-    def values(self, array: NDArray, kind: str, target: int, component: int) -> int:
-        """An accessor."""
-        view = gl.BufferView(buffer=0, byteOffset=len(self.blob), byteLength=array.nbytes, target=target)
-        self.blob += array.tobytes()
-        self.blob += b"\0" * (-len(self.blob) % 4)
-        self.gltf.bufferViews.append(view)
-        flat = array.reshape(len(array), -1)
-        bounds = {"min": flat.min(0).tolist(), "max": flat.max(0).tolist()} if target == gl.ARRAY_BUFFER else {}
-        accessor = gl.Accessor(bufferView=len(self.gltf.bufferViews) - 1, componentType=component, count=len(array), type=kind, **bounds)
-        self.gltf.accessors.append(accessor)
-        return len(self.gltf.accessors) - 1
-
-    def mesh(self, points: NDArray, faces: NDArray, *, normals: NDArray | None = None, colours: NDArray | None = None, grey: Sequence[float] = (0.5, 0.5, 0.5)) -> int:
-        """A mesh of one primitive."""
-        attributes = gl.Attributes(POSITION=self.values(points.astype("<f4"), gl.VEC3, gl.ARRAY_BUFFER, gl.FLOAT))
-        if normals is not None:
-            attributes.NORMAL = self.values(normals.astype("<f4"), gl.VEC3, gl.ARRAY_BUFFER, gl.FLOAT)
-        if colours is not None:
-            attributes.COLOR_0 = self.values(colours.astype("<f4"), gl.VEC3, gl.ARRAY_BUFFER, gl.FLOAT)
-        material = gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorFactor=[*grey, 1.0], metallicFactor=0.2, roughnessFactor=0.6))
-        self.gltf.materials.append(material)
-        indices = self.values(faces.astype("<u4").ravel(), gl.SCALAR, gl.ELEMENT_ARRAY_BUFFER, gl.UNSIGNED_INT)
-        primitive = gl.Primitive(attributes=attributes, indices=indices, material=len(self.gltf.materials) - 1)
-        self.gltf.meshes.append(gl.Mesh(primitives=[primitive]))
-        return len(self.gltf.meshes) - 1
-
-    def part(self, mesh: trimesh.Trimesh, grey: Sequence[float]) -> gl.Node:
-        """A node with a mesh whose edges are sharp."""
-        mesh = mesh.copy()
-        mesh.unmerge_vertices()
-        return gl.Node(mesh=self.mesh(mesh.vertices, mesh.faces, normals=mesh.vertex_normals, grey=grey))
-
-    def add(self, node: gl.Node, children: Sequence[gl.Node] = (), *, top: bool = True) -> None:
-        """A node below the scene's root."""
-        node.children = []
-        for child in children:
-            self.gltf.nodes.append(child)
-            node.children.append(len(self.gltf.nodes) - 1)
-        self.gltf.nodes.append(node)
-        self.gltf.scenes[0].nodes.append(len(self.gltf.nodes) - 1)
-
-    def bytes(self) -> bytes:
-        """The file."""
-        self.gltf.buffers = [gl.Buffer(byteLength=len(self.blob))]
-        self.gltf.set_binary_blob(bytes(self.blob))
-        return b"".join(self.gltf.save_to_bytes())
+def part(glb: Glb, mesh: trimesh.Trimesh, grey: Sequence[float]) -> int:
+    """A node with a mesh whose edges are sharp."""
+    mesh = mesh.copy()
+    mesh.unmerge_vertices()
+    return glb.node("part", mesh=glb.mesh(mesh.vertices, mesh.faces, normals=mesh.vertex_normals, material=glb.material(np.array(grey))))
 
 
 def scene(chassis: str = "chassis") -> bytes:
     """The glb: chassis with panel and mast, four wheels with grousers, the terrain's grid."""
     glb, box = Glb(), lambda size, at: trimesh.creation.box(size, trimesh.transformations.translation_matrix(at))
     body = [
-        glb.part(box((0.72, 0.40, 0.16), (0, 0, 0.08)), (0.62, 0.55, 0.32)), glb.part(box((0.80, 0.62, 0.02), (-0.02, 0, 0.20)), (0.03, 0.05, 0.12)),
-        glb.part(box((0.04, 0.04, 0.42), (0.28, 0, 0.38)), (0.6, 0.6, 0.6)), glb.part(box((0.08, 0.22, 0.09), (0.29, 0, 0.62)), (0.8, 0.8, 0.8)),
-        *(glb.part(box((0.05, 0.05, 0.22), (px, 0.24 * np.sign(py), -0.05)), (0.35, 0.35, 0.38)) for px, py in PLACES.values()),
-    ]  # fmt: skip
-    glb.add(gl.Node(name="chassis", extras={"rille": "body", "name": chassis}, translation=[0, 0, 0.4]), body)
+        part(glb, box((0.72, 0.40, 0.16), (0, 0, 0.08)), (0.62, 0.55, 0.32)),
+        part(glb, box((0.80, 0.62, 0.02), (-0.02, 0, 0.20)), (0.03, 0.05, 0.12)),
+        part(glb, box((0.04, 0.04, 0.42), (0.28, 0, 0.38)), (0.6, 0.6, 0.6)),
+        part(glb, box((0.08, 0.22, 0.09), (0.29, 0, 0.62)), (0.8, 0.8, 0.8)),
+        *(part(glb, box((0.05, 0.05, 0.22), (px, 0.24 * np.sign(py), -0.05)), (0.35, 0.35, 0.38)) for px, py in PLACES.values()),
+    ]
+    glb.node("chassis", position=[0, 0, 0.4], children=body, extras={"rille": "body", "name": chassis}, top=True)
     lying = trimesh.transformations.rotation_matrix(np.pi / 2, (1, 0, 0))
     tyre = trimesh.creation.cylinder(0.94 * RADIUS, WIDTH, sections=40, transform=lying)
     bars = [
@@ -176,10 +158,14 @@ def scene(chassis: str = "chassis") -> bytes:
     ]
     hub = trimesh.creation.cylinder(0.4 * RADIUS, 1.06 * WIDTH, sections=24, transform=lying)
     for name, (px, py) in PLACES.items():
-        parts = [glb.part(tyre, (0.45, 0.46, 0.48)), glb.part(trimesh.util.concatenate(bars), (0.3, 0.3, 0.32)), glb.part(hub, (0.15, 0.15, 0.16))]
-        glb.add(gl.Node(name=name, extras={"rille": "body", "name": f"wheel_{name}"}, translation=[px, py, 0.15]), parts)
+        parts = [
+            part(glb, tyre, (0.45, 0.46, 0.48)),
+            part(glb, trimesh.util.concatenate(bars), (0.3, 0.3, 0.32)),
+            part(glb, hub, (0.15, 0.15, 0.16)),
+        ]
+        glb.node(name, position=[px, py, 0.15], children=parts, extras={"rille": "body", "name": f"wheel_{name}"}, top=True)
     _terrain(glb)
-    return glb.bytes()
+    return glb.to_bytes()
 
 
 def _terrain(glb: Glb) -> None:
@@ -195,8 +181,8 @@ def _terrain(glb: Glb) -> None:
     k = (i * SIDE + j).ravel()
     faces = np.concatenate([np.column_stack([k, k + SIDE, k + 1]), np.column_stack([k + 1, k + SIDE, k + SIDE + 1])])
     grid = {"rows": SIDE, "columns": SIDE, "x_west": west, "y_north": north, "posting_x": POSTING, "posting_y": POSTING}
-    mesh = glb.mesh(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces, colours=colours)
-    glb.add(gl.Node(name="ground", mesh=mesh, extras={"rille": "terrain", "name": "ground", **grid}))
+    mesh = glb.mesh(np.column_stack([x.ravel(), y.ravel(), z.ravel()]), faces, colors=colours, material=glb.material(np.full(3, 0.5)))
+    glb.node("ground", mesh=mesh, extras={"rille": "terrain", "name": "ground", **grid}, top=True)
 
 
 def packed(array: NDArray, *, deflate: bool = False) -> object:
@@ -206,13 +192,24 @@ def packed(array: NDArray, *, deflate: bool = False) -> object:
     return base64.b64encode(array.tobytes()).decode()
 
 
-def source(*runs: Run, mode: str = "single", labels: Sequence[str] = ("run 1", "run 2"), chassis: str = "chassis", deflate: bool = True) -> dict:
+def source(
+    *runs: Run, mode: str = "single", labels: Sequence[str] = ("run 1", "run 2"), chassis: str = "chassis", deflate: bool = True
+) -> dict:
     """What a replay's page holds."""
     extra = {"label": "imu roll rate", "unit": "rad/s", "time": packed(runs[0].time), "values": packed(0.02 * np.sin(runs[0].time))}
     return {
-        "kind": "replay", "layout": layout(chassis), "scene": base64.b64encode(scene(chassis)).decode(), "mode": mode,
+        "kind": "replay",
+        "layout": layout(chassis),
+        "scene": base64.b64encode(scene(chassis)).decode(),
+        "mode": mode,
         "runs": [
-            {"label": label, "time": packed(each.time, deflate=deflate), "states": packed(each.states, deflate=deflate), "events": list(each.events), "extra": [extra]}
+            {
+                "label": label,
+                "time": packed(each.time, deflate=deflate),
+                "states": packed(each.states, deflate=deflate),
+                "events": list(each.events),
+                "extra": [extra],
+            }
             for label, each in zip(labels, runs, strict=False)
         ],
-    }  # fmt: skip
+    }

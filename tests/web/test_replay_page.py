@@ -1,6 +1,7 @@
 """The page of a replay in a browser: it draws, plays, seeks, compares, and asks no network."""
 
 import io
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -118,7 +119,7 @@ def test_a_click_in_a_plot_seeks(shown):
     settled(tab)
     value = tab.page.locator(".figure").first.locator(".value").first.inner_text()
     column = FIRST.states.shape[1] - 4 * 11 + 4  # slip ratio of the first wheel
-    assert float(value.replace("−", "-")) == pytest.approx(FIRST.states[250, column], abs=0.02)
+    assert float(value.replace("\N{MINUS SIGN}", "-")) == pytest.approx(FIRST.states[250, column], abs=0.02)
 
 
 def test_any_channel_can_be_found_and_plotted(shown):
@@ -157,13 +158,17 @@ def test_cameras_and_layers_change_the_picture(shown):
     tab.page.evaluate("rille.seek(10)")
     settled(tab)
     pictures = [picture(tab)]
-    for key in ("3", "2", "c", "t"):
+    for key in ("2", "c", "t"):
         tab.page.keyboard.press(key)
         settled(tab)
         pictures.append(picture(tab))
-    for before, after in zip(pictures, pictures[1:], strict=False):
+    for before, after in pairwise(pictures):
         assert (np.abs(before - after).sum(axis=2) > 20).mean() > 0.002
     assert tab.page.locator("#cameras [aria-pressed=true]").inner_text() == "Chase"
+
+
+def test_keys_are_told(shown):
+    tab = shown(FIRST)
     tab.page.keyboard.press("?")
     assert tab.page.locator("#help").is_visible()
     tab.page.keyboard.press("Escape")
@@ -210,7 +215,7 @@ def test_hostile_names_stay_texts(shown):
 
 
 def test_what_is_not_known_is_a_gap(shown):
-    """A recording's unknown numbers are NaN: lines break, bodies keep their place by the root, and where that is unknown nothing is drawn."""
+    """Unknown numbers are NaN: lines break, bodies keep their place by the root; where that is unknown nothing is drawn."""
     states = FIRST.states.copy()
     states[:, 7 : 7 * 5] = np.nan  # wheels' poses
     states[200:300] = np.nan

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from rille.cli.live_stage import live_scenario, live_stage
-from rille.cli.talk import say
+from rille.cli.talk import Json, print_json, say
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 SHORTEST_TOKEN = 16
@@ -29,6 +29,7 @@ def serve(
     hooks: Annotated[Path | None, typer.Option(help="Python file of hooks on events, times and conditions.")] = None,
     step: Annotated[float | None, typer.Option(help="Time step [s] instead of the scenario's.")] = None,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    as_json: Json = False,
 ) -> int:
     """Drive the model live: watch, start, pause, reset, place, steer by keys, sliders and gamepad, from the page or by a remote API.
 
@@ -57,7 +58,7 @@ def serve(
     session = Session(live_stage(database, base, rover, view.origin), hooked)
     hosts = None if host not in LOOPBACK else frozenset(LOOPBACK)
     app = make_app(session, show, token=token, hosts=hosts)
-    return _serve(app, host, port, token is not None, open_page)
+    return _serve(app, host, port, token is not None, open_page, as_json)
 
 
 def _token(host: str, token_file: Path | None) -> str | None:
@@ -84,7 +85,7 @@ def _token(host: str, token_file: Path | None) -> str | None:
     return token
 
 
-def _serve(app: Any, host: str, port: int, needs_token: bool, open_page: bool) -> int:
+def _serve(app: Any, host: str, port: int, needs_token: bool, open_page: bool, as_json: bool) -> int:
     """Listen until Ctrl-C."""
     import socket
 
@@ -103,7 +104,11 @@ def _serve(app: Any, host: str, port: int, needs_token: bool, open_page: bool) -
     port = listening.getsockname()[1]
     name = f"[{host}]" if ":" in host else host
     address = f"http://{name}:{port}/"
-    print(address + ("#token=..." if needs_token else ""), flush=True)
+    if as_json:
+        print_json({"address": address, "needs_token": needs_token})
+    else:
+        print(address + ("#token=..." if needs_token else ""))
+    sys.stdout.flush()
     say("open this page; Ctrl-C ends the session" + ("; put the token in place of the dots" if needs_token else ""))
     config = uvicorn.Config(
         app,

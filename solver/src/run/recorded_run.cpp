@@ -170,8 +170,10 @@ Outcome RecordedRun::advance(long long most, const Asked& interrupted, bool to_e
 }
 
 void RecordedRun::command(int drive, double value) {
-  recorder_->add(simulation_->command(drive, value));
-  steered_ = true;
+  if (const auto made = simulation_->command(drive, value)) {
+    recorder_->add(*made);
+    steered_ = true;
+  }
 }
 
 void RecordedRun::change(StateChange change) {

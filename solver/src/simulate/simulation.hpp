@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,7 +56,7 @@ class Simulation {
   void put(const MechanismState& motion);
   // A set value from the next step on, and part of the motion put elsewhere now: what was steered. Both are kept in the scenario, so that a
   // run of it repeats this one bit by bit, and returned as they are kept there. Raise InputRefused for what cannot be.
-  Command command(int drive, double value);
+  std::optional<Command> command(int drive, double value);  // none: the drive is set to that already
   StateChange change(StateChange change);
   // What is steered from now on comes after this instant, whose state was kept.
   void close_instant() { first_free_step_ = steps_ + 1; }

@@ -28,7 +28,7 @@ def page(source: dict[str, Any], title: str) -> str:
         "title": html.escape(title),
         "css": _text("page.css"),
         "three": three_js(),
-        "script": _script(),
+        "script": script(),
         "source": json.dumps(source, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c").replace("\u2028", "\\u2028"),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda found: values[found[1]], _text("page.html"))
@@ -62,7 +62,7 @@ def _text(name: str) -> str:
     return files("rille.view").joinpath("web", name).read_text(encoding="utf-8")
 
 
-def _script() -> str:
+def script() -> str:
     """Our modules as one: their names are unique, so that imports and exports between them can go."""
     text = "\n".join(_text(name) for name in _text("order.txt").split())
     return re.sub(r"(?m)^export ", "", re.sub(r"(?m)^import .*\n", "", text))

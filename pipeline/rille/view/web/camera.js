@@ -16,13 +16,13 @@ export class Camera {
   }
 
   home(world) { // to the rover, from behind and the left
-    const heading = this.#yaw(world) ?? 0, turn = heading + Math.PI + 0.62, far = 3.5 * this.radius;
+    const heading = this.#yaw(world) ?? 0, turn = heading + Math.PI + 0.62, far = 3.7 * this.radius;
     this.#put(world.rover.centre, [far * Math.cos(turn) * 0.88, far * Math.sin(turn) * 0.88, 0.46 * far]);
   }
   #put(target, offset) {
     this.moving = true;
     this.anchor.copy(target); this.controls.target.copy(target);
-    this.controls.target.z -= 0.12 * this.radius;
+    this.controls.target.z -= 0.04 * this.radius;
     this.stage.camera.position.copy(target).add(new THREE.Vector3(...offset));
     this.controls.update(); this.moving = false; this.stage.dirty = true;
   }

@@ -8,7 +8,7 @@ export class Drive {
   constructor(place, layout, live) {
     Object.assign(this, { live, held: new Set(), stick: null, sent: [0, 0], last: 0, fastest: fastestOf(layout) });
     const wide = widthOf(layout);
-    this.mostTurn = Math.min(1.5, 2 * this.fastest / wide);
+    this.mostTurn = Math.min(1.5, this.fastest / wide);
     this.#build(place, layout);
     addEventListener("keydown", event => {
       const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;

@@ -54,8 +54,8 @@ export class Figure {
     let low = Infinity, high = -Infinity;
     for (const { points } of lines) for (const [, a, b] of points) { if (a < low) low = a; if (b > high) high = b; }
     if (low > high) [low, high] = [-1, 1];
-    const least = Math.max(1e-9, 1e-4 * Math.max(Math.abs(low), Math.abs(high)));
-    if (high - low < least) { low -= least; high += least; }
+    const size = Math.max(Math.abs(low), Math.abs(high));
+    if (high - low <= 1e-5 * size) { low -= 0.05 * size || 1; high += 0.05 * size || 1; } // constant
     const pad = 0.07 * (high - low);
     this.reach = [low - pad, high + pad];
     this.#axes(pen);

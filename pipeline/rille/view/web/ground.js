@@ -3,6 +3,7 @@
 import { THREE } from "./three.js";
 import { clamp, smooth } from "./util.js";
 import { soilMaterial } from "./soil.js";
+import { tiled } from "./tiles.js";
 
 const DARK = 0.30; // of a rut's light that is lost where it is deep
 const BERM = 0.22; // height of the raised rim, of the sinkage
@@ -26,7 +27,8 @@ export class Ground {
     geometry.setAttribute("color", this.colours = new THREE.BufferAttribute(this.colour, 3).setUsage(THREE.DynamicDrawUsage));
     geometry.deleteAttribute("normal");
     mesh.material = soilMaterial(toSun, level);
-    mesh.receiveShadow = true; mesh.frustumCulled = false;
+    this.tiles = tiled(mesh, grid);
+    this.tiles.applyMatrix4(mesh.matrixWorld);
     this.touched = new Set(); this.changed = new Set();
   }
 

@@ -81,7 +81,7 @@ export class Live {
   #event({ time, event, subject, message }) {
     this.track.events = [...this.track.events.slice(-MOST_EVENTS), { time, kind: event, subject, message }];
     this.viewer.timeline.ends();
-    toast(`${seconds(time)} s · ${spoken(event)}${subject ? ` · ${subject}` : ""}${message ? `: ${message}` : ""}`, "event");
+    toast(`${seconds(time)} s · ${message || `${spoken(event)} ${subject}`}`, "event");
   }
 
   #status(status) {

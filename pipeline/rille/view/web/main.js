@@ -13,7 +13,7 @@ async function startReplay(source) {
   const { layout, scene, runs, mode } = await replayOf(source), shape = new Shape(layout);
   const tracks = runs.slice(0, 2).map(run => new Track(shape, run.label, run));
   const times = tracks.filter(track => track.count).flatMap(track => [track.start, track.end]);
-  const clock = new Clock(Math.min(...times, layout.duration ?? 0), Math.max(...times, 0));
+  const clock = times.length ? new Clock(Math.min(...times), Math.max(...times)) : new Clock(0, 0);
   const parsed = await parsedScene(scene);
   banner("");
   const names = runs.map(run => run.label).join(" · ");

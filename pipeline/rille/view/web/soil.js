@@ -21,7 +21,7 @@ diffuseColor.rgb *= 1. - light;
 
 export function soilMaterial(toSun, level, { grain = true, coloured = true } = {}) {
   const material = new THREE.MeshLambertMaterial({ vertexColors: coloured });
-  material.color.setScalar(1 / level);
+  material.color.setScalar(0.88 / level);
   material.onBeforeCompile = shader => {
     shader.uniforms.uSun = { value: new THREE.Vector2(toSun.x, toSun.y).normalize() };
     shader.uniforms.uGrain = { value: 1 };

@@ -36,7 +36,7 @@ export class Stage {
     this.scene.add(this.sun, this.sun.target, this.ambient, this.fill, this.fill.target);
     if (this.sky.stars) this.scene.add(this.stars = stars());
     this.worlds = []; this.side = false; this.dirty = true; this.width = 1; this.height = 1;
-    this.coarse = false; this.slow = 0; this.drawnAt = 0;
+    this.coarse = false; this.slow = 0; this.drawnAt = 0; this.running = 0;
     new ResizeObserver(() => this.resize()).observe(place);
     this.resize();
   }
@@ -78,6 +78,7 @@ export class Stage {
       if (views.length > 1) this.worlds.forEach((other, m) => { other.group.visible = m === k; });
       else for (const each of this.worlds) each.group.visible = true;
       const back = cameraFor(world);
+      world.beforeDraw(camera, this.coarse);
       this.light(world.rover.centre, world.rover.radius);
       if (this.stars) this.stars.position.copy(camera.position);
       renderer.render(this.scene, camera);
@@ -89,12 +90,13 @@ export class Stage {
 
   pace(now) { // a slow machine (software rendering) gets a coarser picture while it moves, the full one as soon as it rests
     if (!this.dirty) {
+      this.running = 0;
       if (this.coarse && now - this.drawnAt > 250) this.#resolve(false);
       return;
     }
     const span = now - this.drawnAt;
-    if (span < 500) this.slow += 0.15 * (span - this.slow);
-    if (span < 500 && this.slow > 70) this.#resolve(true);
+    if (this.running++ > 1) this.slow += 0.3 * (Math.min(span, 400) - this.slow);
+    if (this.slow > 70) this.#resolve(true);
     this.drawnAt = now;
   }
   #resolve(coarse) {

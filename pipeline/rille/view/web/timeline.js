@@ -2,7 +2,7 @@
 import { byId, clamp, element, niceStep, seconds, spoken, toggle } from "./util.js";
 
 const SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
-const GRAVE = /tip|over|stuck|left|diverg|buried|limit|error|contact_lost/;
+const GRAVE = /spinning|tip|over|stuck|left|diverg|buried|limit|error|contact_lost/;
 
 export class Timeline {
   constructor(tracks, clock) {

@@ -11,7 +11,7 @@ export function toast(text, tone = "") {
   const made = element("div", { class: `toast ${tone}` }, element("span", { text }), element("button", { class: "quiet", type: "button", "aria-label": "close", text: "×", on: { click: () => made.remove() } }));
   const place = byId("toasts");
   place.append(made);
-  while (place.children.length > 4) place.firstChild.remove();
+  while (place.children.length > 3) place.firstChild.remove();
   setTimeout(() => made.remove(), tone === "bad" ? 9000 : 5000);
 }
 

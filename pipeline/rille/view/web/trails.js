@@ -7,7 +7,7 @@ import { Ribbon } from "./ribbon.js";
 export class Trails {
   constructor(group, stamps) {
     this.stamps = stamps; this.read = 0;
-    this.of = stamps.shape.wheels.map(() => ({ ribbon: new Ribbon(group, { opacity: 0.6 }), times: [] }));
+    this.of = stamps.shape.wheels.map(() => ({ ribbon: new Ribbon(group, { opacity: 0.5 }), times: [] }));
     this.colour = new THREE.Color();
   }
   extend() {

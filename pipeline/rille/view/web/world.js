@@ -3,6 +3,7 @@ import { THREE } from "./three.js";
 import { Rover } from "./rover.js";
 import { Ground } from "./ground.js";
 import { soilMaterial } from "./soil.js";
+import { refine } from "./tiles.js";
 import { Stamps } from "./stamps.js";
 import { Path, Trails, groundUnder } from "./trails.js";
 import { Arrows } from "./arrows.js";
@@ -24,7 +25,9 @@ export class World {
     this.ground = null;
     for (const node of [...terrain, ...rest]) {
       this.land.attach(node);
-      node.traverse(part => { if (part.isMesh) this.#land(part, node.userData); });
+      const meshes = [];
+      node.traverse(part => { if (part.isMesh) meshes.push(part); });
+      for (const part of meshes) this.#land(part, node.userData);
     }
     if (ghost) this.land.visible = false;
     const posting = this.ground ? Math.max(this.ground.grid.posting_x, this.ground.grid.posting_y) : Infinity;
@@ -45,6 +48,7 @@ export class World {
     if (rille === "terrain" && !this.ground && rows * columns === part.geometry.attributes.position.count) {
       part.geometry = part.geometry.clone();
       this.ground = new Ground(part, findGrid(part), stage.toSun, stage.level);
+      part.visible = false; this.land.add(this.ground.tiles); // drawn by its tiles
     } else if (rille === "obstacles") {
       part.castShadow = part.receiveShadow = true;
       part.material = part.material.clone();
@@ -81,6 +85,7 @@ export class World {
     this.pressedAt = t;
     ground.flush();
   }
+  beforeDraw(camera, coarse) { if (this.ground) refine(this.ground.tiles, camera.position, coarse ? 2.5 * this.rover.radius : Infinity); }
   afterDraw(camera, left, width, height) {
     this.labels.show(this.state, camera, left, width, height, { wheels: this.shown.labels && this.known, title: this.known, centre: this.rover.centre, radius: this.rover.radius });
   }
