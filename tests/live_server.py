@@ -25,6 +25,7 @@ class Live:
         base = live_scenario(path, None, None)
         show = show or Show(page=PAGE, scene=b"glTF", layout={"title": HOSTILE, "origin": [0, 0, 0]})
         self.session = Session(live_stage(path, base, store.read_rover(path), tuple(show.layout["origin"])))
+        self.session.begin()
         app = make_app(self.session, show, token=token, hosts=frozenset({"127.0.0.1", "localhost"}))
         listening = socket.socket()
         listening.bind(("127.0.0.1", 0))

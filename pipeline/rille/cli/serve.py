@@ -56,9 +56,13 @@ def serve(
     show = Show(page=scene3d.live_page(), scene=scene3d.scene_glb(rover, terrain, view), layout=layout)
     hooked = None if hooks is None else live.read_hooks(hooks, base.step, say)
     session = Session(live_stage(database, base, rover, view.origin), hooked)
+    session.begin()
     hosts = None if host not in LOOPBACK else frozenset(LOOPBACK)
     app = make_app(session, show, token=token, hosts=hosts)
-    return _serve(app, host, port, token is not None, open_page, as_json)
+    try:
+        return _serve(app, host, port, token is not None, open_page, as_json)
+    finally:
+        session.close()
 
 
 def _token(host: str, token_file: Path | None) -> str | None:

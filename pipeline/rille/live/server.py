@@ -47,12 +47,12 @@ class Show:
 
 
 def make_app(session: Session, show: Show, *, token: str | None = None, hosts: frozenset[str] | None = None) -> FastAPI:
-    """The application. token : of whoever comes; None: not needed. hosts : names under which it may be called; None: any."""
+    """The application, of a session that has begun. token : of whoever comes; None: not needed. hosts : its own names; None: any."""
 
     @contextlib.asynccontextmanager
     async def life(app: FastAPI) -> AsyncIterator[None]:
         app.state.hub = hub = Hub(session)
-        session.begin()
+        session.refresh()
         ticking = asyncio.create_task(_tick(hub))
         yield
         ticking.cancel()

@@ -60,7 +60,7 @@ class _Asked:
 
 
 class Session:
-    """Steers runs by requests. ``listeners`` may be set before :meth:`begin`."""
+    """Steers runs by requests."""
 
     def __init__(self, stage: Stage, hooks: Hooks | None = None) -> None:
         self.stage, self.listeners, self.bridge = stage, Listeners(), Bridge()
@@ -82,6 +82,15 @@ class Session:
         """Open the first run, come to rest, and start to listen. Raises what opening raises."""
         self._acting.open(self.stage.fresh(None))
         self._thread.start()
+
+    def refresh(self) -> None:
+        """Tell and show once more how things stand: somebody new listens."""
+
+        def again() -> None:
+            self.news()
+            self.show()
+
+        self._asked.put(again)
 
     def ask(self, request: str | bytes | Request) -> "Future[Answer]":
         """Put a request, as JSON or as a value; the answer comes when it was done, kept for later, or refused."""
@@ -131,7 +140,7 @@ class Session:
         self._asked.put(let_go)
 
     def close(self) -> None:
-        """End the run and the thread; what was recorded is complete."""
+        """End the run and the thread; what was recorded is complete. Once more does nothing."""
         self._asked.put(None)
         if self._thread.is_alive():
             self._thread.join()

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class Take:
     def times(self) -> Array:
         """Simulated time of every frame [s]."""
         count = max(1, int(np.floor((self.stop - self.start) / self.speed * self.fps + 1e-9)) + 1)
-        return self.start + np.arange(count) * self.speed / self.fps
+        return np.asarray(self.start + np.arange(count) * self.speed / self.fps, dtype=np.float64)
 
 
 def shoot(
@@ -77,12 +77,11 @@ def shoot(
             "bodies": [body.name for body in rover.bodies],
             "wheels": [{"name": wheel.name, "radius": wheel.radius, "width": wheel.width} for wheel in rover.wheels],
         }
-        np.savez(
-            job,
-            scene=np.frombuffer(scene, np.uint8),
-            sheet=np.frombuffer(json.dumps(sheet).encode(), np.uint8),
+        arrays: dict[str, Any] = {
+            **{"scene": np.frombuffer(scene, np.uint8), "sheet": np.frombuffer(json.dumps(sheet).encode(), np.uint8)},
             **_motion(trace, rover, view, times),
-        )
+        }
+        np.savez(job, **arrays)
         _draw(job, progress)
         for part, end in zip(parts, targets, strict=True):
             part.replace(end)

@@ -51,7 +51,8 @@ def main(job: str) -> None:
     writer.send(None)
     for number in range(count):
         stage.show(number)
-        writer.send(np.ascontiguousarray(plotter.screenshot(None, return_img=True)[:, :, :3]))
+        picture = np.asarray(plotter.screenshot(None, return_img=True))
+        writer.send(np.ascontiguousarray(picture[:, :, :3]))
         print((number + 1) / count, flush=True)
     writer.close()
 
