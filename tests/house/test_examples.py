@@ -134,3 +134,14 @@ def test_a_session_is_steered_from_a_console_and_hooks_are_called(repository, tm
     assert hooked["message"].startswith("5 m at")
     shown = rille("replay", database, "--run", "1", "--against", "3", "-o", tmp_path / "page.html", "-o", tmp_path / "rover.glb")
     assert len(shown["files"]) == 2
+
+
+def test_soft_ground_is_swept(repository, tmp_path):
+    """The study of examples/sweep with two base samples instead of 64."""
+    for file in (repository / "examples/sweep").glob("*.toml"):
+        (tmp_path / file.name).write_text(file.read_text().replace("samples = 64", "samples = 2"))
+    rille("cad", "build", repository / "examples/rover/rover.toml", "-o", tmp_path / "rover.db")
+    swept = rille("sweep", tmp_path / "soft_ground.toml", "--figures", tmp_path / "figures", "--parquet", tmp_path / "s.parquet")
+    assert (tmp_path / "s.parquet").is_file()
+    assert {path.name for path in (tmp_path / "figures").iterdir()} >= {"study.html", "maps.png", "envelopes.png"}
+    assert json.dumps(swept).count("distance")

@@ -27,7 +27,7 @@ def counts(table: StudyTable) -> dict[str, int]:
 
 
 def reasons(table: StudyTable) -> list[tuple[str, str, int, int]]:
-    """(status, reason, how many, number of the first case) of cases that did not go as planned; numbers in reasons are left out of account."""
+    """(status, reason, how many, number of the first case) of cases that did not go as planned, whatever numbers their reasons hold."""
     groups: dict[tuple[str, str], list[int]] = {}
     for number, (status, reason) in enumerate(zip(table.status, table.reason, strict=True)):
         if reason and not table.whole[number]:

@@ -4,12 +4,12 @@ import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from rille.model import InputRefused, Scenario
-from rille.model.study import CaseResult, Change, ChannelMeasure, Measure, TracedChannel
+from rille.model.study import CaseResult, Change, ChannelMeasure, Measure, Status, TracedChannel
 from rille.simulate.case_measures import Channel, Driven, Drove, driven_of, measured, measures_of
 from rille.simulate.machine_facts import machine_facts
 from rille.simulate.tip_over import support_of
@@ -86,14 +86,14 @@ class CaseRunner:
         every = max(1, round(max(self._scenario.output_interval, step) / step))
         rows = simulation.sample(max(1, round(duration / step)), every, self._channels, from_start=True)
         outcome: str = simulation.step(0)
-        status = "done" if outcome == "running" else outcome
+        status = cast(Status, "done" if outcome == "running" else outcome)
         alive = np.isfinite(rows).all(axis=1)
         facts = changed.facts
         support = None
         if self._driven.corners is not None:
             support = support_of(self._driven.corners, facts["bodies"], facts["wheels"], simulation.bodies(), simulation.wheels())
         drove = Drove(
-            time=step * every * np.arange(len(rows))[alive],
+            time=np.asarray(step * every * np.arange(len(rows))[alive], dtype=np.float64),
             values={channel: rows[alive, k] for k, channel in enumerate(self._channels)},
             work=float(np.nansum(simulation.joints()[:, 3])),
             time_reached=simulation.time,

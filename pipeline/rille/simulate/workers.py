@@ -72,7 +72,7 @@ class ClusterPool:
 
     def __init__(self, client: Any, work: Work) -> None:
         from distributed import KilledWorker
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
 
         self.deaths: tuple[type[BaseException], ...] = (KilledWorker, CancelledError, asyncio.CancelledError, CommClosedError)
         self._client, self._given = client, work

@@ -87,7 +87,7 @@ def _probe(path: Path, *, may_be_older: bool, known_sound: bool = False) -> int:
             health = "ok" if known_sound else connection.execute("PRAGMA quick_check(1)").fetchone()[0]
             if health == "ok":
                 _sound[path.resolve()] = state
-    except sqlite3.DatabaseError as error:
+    except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
         raise InputRefused(f"'{path}' cannot be read: {error}; it is damaged or truncated, restore it from a copy") from error
     if health != "ok":
         raise InputRefused(f"'{path}' is damaged ({health}); restore it from a copy")
@@ -103,9 +103,12 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
     """Connection that only reads; rows come as ``sqlite3.Row``."""
     path = Path(path)
     _probe(path, may_be_older=False)
-    with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
-        connection.row_factory = sqlite3.Row
-        yield connection
+    try:
+        with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
+            connection.row_factory = sqlite3.Row
+            yield connection
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # pages that look sound, and text that is none
+        raise InputRefused(f"'{path}' cannot be read: {error}; it is damaged, restore it from a copy") from error
 
 
 @contextmanager

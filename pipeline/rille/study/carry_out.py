@@ -96,7 +96,7 @@ def _one_by_one(pool: Pool, suspects: deque[Case], keep: Callable[[Sequence[Case
     """Run cases of dead workers with nothing beside them, so that it is known whose fault a death is. Returns how many."""
     count = len(suspects)
     while suspects:
-        case = suspects[0]
+        case, results = suspects[0], list[CaseResult]()
         for _ in range(2):
             try:
                 results = pool.submit([case]).result()

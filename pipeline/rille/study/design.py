@@ -62,7 +62,7 @@ def _sobol(plan: StudyPlan) -> Array:
 def _latin(plan: StudyPlan) -> Array:
     from scipy.stats.qmc import LatinHypercube
 
-    return LatinHypercube(d=len(plan.factors), seed=plan.seed).random(plan.samples)
+    return LatinHypercube(d=len(plan.factors), rng=plan.seed).random(plan.samples)
 
 
 def _through(factor: Factor, unit: Array) -> Array:

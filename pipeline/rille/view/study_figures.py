@@ -166,7 +166,8 @@ def _running(x: Array, z: Array) -> tuple[Array, Array, Array, Array]:
         groups = [which == k for k in range(BINS)]
     groups = [group for group in groups if group.any()]
     quartiles = np.array([np.quantile(z[group], [0.25, 0.5, 0.75]) for group in groups]).reshape(-1, 3)
-    return np.array([np.median(x[group]) for group in groups]), *quartiles.T
+    low, middle, high = quartiles.T
+    return np.array([np.median(x[group]) for group in groups]), low, middle, high
 
 
 def _envelopes(path: Path, table: StudyTable, envelopes: Sequence[Bands]) -> Path:

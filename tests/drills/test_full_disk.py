@@ -1,0 +1,113 @@
+"""A disk that is full: one sentence, the exit code of a refusal, and what was there stays readable.
+
+A file system of its own (tmpfs of 3 MB) where that is allowed; else the largest size of a file is limited for the child, which gives the
+same errors at the same places.
+"""
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from command import RILLE
+from effect_rigs import EARTH
+from machines import cart, plane
+from rille import store
+from rille.model import Command, Scenario
+
+SIZE = 3_000_000  # bytes
+
+
+@pytest.fixture
+def small(tmp_path):
+    """A folder with room for ``SIZE`` bytes, and what a child does before it starts."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mounted = os.geteuid() == 0 and subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", str(folder)], capture_output=True
+    ).returncode == 0  # fmt: skip
+
+    def limited():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (SIZE, SIZE))
+
+    yield folder, None if mounted else limited
+    if mounted:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def run(limited, *arguments):
+    return subprocess.run([RILLE, *map(str, arguments)], capture_output=True, text=True, timeout=120, preexec_fn=limited)
+
+
+def refused(done):
+    """One sentence and no more; the solver's own comes through rille."""
+    assert done.returncode == 3, (done.returncode, done.stdout, done.stderr)
+    assert "Traceback" not in done.stderr
+    assert done.stderr.startswith("rille: ")
+    assert done.stderr.count("\n") == 1, done.stderr
+
+
+@pytest.fixture
+def model(make_model):
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=100, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, commands=commands
+    )
+    return make_model(rover, scenario, plane(0.02))
+
+
+def placed(model: Path, folder: Path) -> Path:
+    path = folder / "model.db"
+    shutil.copyfile(model, path)
+    return path
+
+
+def test_a_run_that_fills_the_disk_keeps_what_it_committed(model, small):
+    folder, limited = small
+    path = placed(model, folder)
+    refused(run(limited, "run", path))
+    runs = store.list_runs(path)
+    assert len(runs) == 1
+    assert len(store.read_trace(path).time) > 100  # chunks that were committed
+    assert [line for line in store.check(path) if "never ended" not in line] == []
+
+
+def test_a_replay_that_finds_no_room_leaves_nothing(model, small):
+    folder, limited = small
+    path = placed(model, folder)
+    assert run(limited, "run", path, "--duration", "1").returncode == 0
+    filler = folder / "filler"
+    with filler.open("wb") as file:
+        room = os.statvfs(folder).f_bavail * os.statvfs(folder).f_frsize if limited is None else 0
+        file.truncate(0)
+        if room:
+            file.write(b"x" * max(0, room - 200_000))
+    target = folder / "page.html"
+    if limited is not None:
+        pytest.skip("without a file system of its own a page of 2 MB finds room")
+    refused(run(limited, "replay", path, "-o", target))
+    assert not target.exists()
+    assert not list(folder.glob("*.part"))
+
+
+def test_an_export_and_a_terrain_that_find_no_room(model, small, repository):
+    folder, limited = small
+    target = folder / "dem.npy"
+    if limited is None:
+        (folder / "filler").write_bytes(b"x" * (SIZE - 600_000))
+    else:
+        resource_limit = 100_000
+
+        def limited() -> None:  # a DEM of 400 x 600 float32 has 960 kB
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (resource_limit, resource_limit))
+
+    done = run(limited, "terrain", "build", repository / "examples/terrain/composed.toml", "-o", target)
+    refused(done)
+    assert not target.exists()
