@@ -110,7 +110,7 @@ def every_piece(path: Path) -> None:
     else:
         asked = [Wanted(clocks={"/joint_states": joints}, header=True), Wanted(clocks={"/joint_states": joints, "/x": ("/x.data",)})]
     for wanted in asked:
-        source.check([column for columns in wanted.clocks.values() for column in columns])
+        source.check(wanted.columns if source.table else [column for columns in wanted.clocks.values() for column in columns])
         for _ in source.pieces(wanted):
             pass
 

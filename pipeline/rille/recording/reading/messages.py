@@ -13,6 +13,8 @@ from rille.recording.reading.address import Address, getter, number_fields, pars
 from rille.recording.reading.piece import Piece, Wanted
 
 BATCH = 4096  # messages of a topic in a piece
+LATEST = 2**63 - 1  # [ns] that a stamp may show: the year 2262
+UNREADABLE = (AttributeError, KeyError, TypeError, ValueError, OverflowError)  # what a field that is no number may raise
 
 
 @dataclass(slots=True)
@@ -54,7 +56,7 @@ class MessageSource:
                 raise InputRefused(f"'{self.path}' has no message on the topic '{address.topic}'")
             try:
                 getter(address)(message)
-            except (AttributeError, KeyError, TypeError, ValueError):
+            except UNREADABLE:
                 known = [name for name, _ in number_fields(message)]
                 raise InputRefused(
                     f"messages on '{address.topic}' have no number '{address.field}'; {nearest_names(address.field, known)}"
@@ -74,10 +76,15 @@ class MessageSource:
             batch = batches[topic]
             if wanted.header:
                 stamp = header_stamp(message, topic)
+            if abs(stamp) > LATEST:
+                raise InputRefused(
+                    f"message {batch.row + len(batch.rows) + 1} on '{topic}' of '{self.path}' is stamped {stamp:.4g} ns, which no clock shows "
+                    f"(at most {LATEST:.4g} ns); the file is damaged"
+                )
             begin = stamp if begin is None else begin
             try:
                 batch.rows.append(tuple(read(message) for read in batch.getters))
-            except (AttributeError, KeyError, TypeError, ValueError) as error:
+            except UNREADABLE as error:
                 bad = _unreadable(addresses[topic], message)
                 raise InputRefused(
                     f"message {batch.row + len(batch.rows) + 1} on '{topic}' of '{self.path}' has no number '{bad}' ({error})"
@@ -94,7 +101,7 @@ def _unreadable(addresses: Sequence[Address], message: Any) -> str:
     for address in addresses:
         try:
             getter(address)(message)
-        except (AttributeError, KeyError, TypeError, ValueError):
+        except UNREADABLE:
             return address.field
     return addresses[0].field
 
@@ -118,7 +125,7 @@ def header_stamp(message: Any, topic: str) -> int:
     header = message.get("header") if isinstance(message, dict) else getattr(message, "header", None)
     stamp = header.get("stamp") if isinstance(header, dict) else getattr(header, "stamp", None)
     for seconds, parts in (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec")):
-        with suppress(AttributeError, KeyError, TypeError):
+        with suppress(*UNREADABLE):
             if isinstance(stamp, dict):
                 return int(stamp[seconds]) * 10**9 + int(stamp[parts])
             return int(getattr(stamp, seconds)) * 10**9 + int(getattr(stamp, parts))
