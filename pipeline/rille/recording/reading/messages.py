@@ -77,10 +77,8 @@ class MessageSource:
             if wanted.header:
                 stamp = header_stamp(message, topic)
             if abs(stamp) > LATEST:
-                raise InputRefused(
-                    f"message {batch.row + len(batch.rows) + 1} on '{topic}' of '{self.path}' is stamped {stamp:.4g} ns, which no clock shows "
-                    f"(at most {LATEST:.4g} ns); the file is damaged"
-                )
+                where = f"message {batch.row + len(batch.rows) + 1} on '{topic}' of '{self.path}'"
+                raise InputRefused(f"{where} is stamped {stamp:.4g} ns, later than any clock shows ({LATEST:.4g} ns); the file is damaged")
             begin = stamp if begin is None else begin
             try:
                 batch.rows.append(tuple(read(message) for read in batch.getters))
