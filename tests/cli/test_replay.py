@@ -1,13 +1,16 @@
 """``rille replay``: files of every kind, and sentences for what cannot be."""
 
 import json
+import signal
+import subprocess
+import time
 
 import imageio_ffmpeg
 import numpy as np
 import pytest
 from PIL import Image
 
-from command import assert_refused, rille
+from command import RILLE, assert_refused, rille
 from effect_rigs import EARTH
 from machines import cart, plane
 from rille.model import Command, Scenario
@@ -46,6 +49,31 @@ def test_a_run_as_page_film_animation_and_stills(path, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir() if p.suffix == ".part") == []
 
 
+def test_a_film_shows_the_other_run_as_a_ghost_and_an_animation_tells_that_it_does_not(path, tmp_path):
+    assert rille("run", path, "--duration", "0.5", "--step", "0.002").returncode == 0
+    options = ["--run", "1", "--size", "160x90", "--at", "0.4", "--camera=2,-3,1.5"]
+    alone, both = tmp_path / "alone.png", tmp_path / "both.png"
+    assert rille("replay", path, *options, "-o", alone).returncode == 0
+    done = rille("replay", path, *options, "-o", both, "-o", tmp_path / "a.glb", "--against", "2", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["notes"] == ["'a.glb' holds run 1 alone: run 2 is in pages, films and stills"]
+    first, second = (np.asarray(Image.open(p).convert("RGB"), dtype=int) for p in (alone, both))
+    assert 0 < (np.abs(first - second).max(axis=2) > 8).mean() < 0.5  # something is there besides, and not everywhere
+
+
+def test_ctrl_c_leaves_no_half_film(path, tmp_path):
+    command = [RILLE, "replay", str(path), "-o", str(tmp_path / "f.mp4"), "--speed", "0.001", "--size", "640x360"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for _ in range(600):  # until ffmpeg writes
+        if list(tmp_path.glob("rille-film-*/0.mp4")):
+            break
+        time.sleep(0.1)
+    assert list(tmp_path.glob("rille-film-*/0.mp4")), "the film was not begun"
+    process.send_signal(signal.SIGINT)
+    assert process.wait(30) == 130
+    assert list(tmp_path.glob("*.mp4")) == list(tmp_path.glob("rille-film-*")) == []
+
+
 def test_the_page_stands_beside_the_database_by_default(path):
     done = rille("replay", path, "--against", "1", "--side")
     assert done.returncode == 0, done.stderr
@@ -63,6 +91,7 @@ def test_the_page_stands_beside_the_database_by_default(path):
         (["-o", "f.mp4", "--from", "0.8", "--to", "0.2"], ["--from must come before --to"]),
         (["-o", "f.mp4", "--size", "huge"], ["size is 'huge'"]),
         (["-o", "f.mp4", "--camera", "selfie"], ["camera is 'selfie'"]),
+        (["-o", "f.mp4", "--camera", "1,2,nan"], ["camera is '1,2,nan'", "or a place such as 3,-4,2"]),
     ],
 )
 def test_what_cannot_be_shown_is_refused(path, tmp_path, options, words):

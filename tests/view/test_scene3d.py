@@ -44,7 +44,11 @@ def shown(make_model):
 
 def test_bodies_stand_where_the_model_says_and_ground_has_the_terrains_heights(shown):
     rover, terrain, _, view = shown
-    found = things(scene3d.scene_glb(rover, terrain, view))
+    scene = scene3d.scene_glb(rover, terrain, view)
+    found = things(scene)
+    nodes = {node.name: node for node in gl.GLTF2.load_from_bytes(scene).nodes}
+    for body in rover.bodies:
+        assert np.array(nodes[body.name].translation) + view.origin == pytest.approx(np.array(body.frame))
     names = [thing.extras["name"] for thing in found if thing.extras["rille"] == "body"]
     assert names == [body.name for body in rover.bodies]
     ground = next(thing for thing in found if thing.extras["rille"] == "terrain")

@@ -26,7 +26,10 @@ def replay(
     speed: Annotated[float, typer.Option(min=1e-3, max=1e4, help="Simulated time per film time.")] = 1.0,
     fps: Annotated[float, typer.Option(min=1, max=120, help="Frames per second of a film.")] = 25.0,
     size: Annotated[str, typer.Option(help="Width x height of films and stills, in pixels.")] = "1280x720",
-    camera: Annotated[str, typer.Option(help="Of films and stills: follow (fixed direction), chase (from behind) or top.")] = "follow",
+    camera: Annotated[
+        str,
+        typer.Option(help="Of films and stills: follow (fixed direction), chase (from behind), top, or a place X,Y,Z [m] in the world."),
+    ] = "follow",
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
     as_json: Json = False,
 ) -> int:
@@ -40,6 +43,8 @@ def replay(
     Example: rille replay rover.db --against recording_1 -o page.html -o film.mp4 -o rover.glb --speed 4 --camera chase
 
     Example: rille replay rover.db -o still.png --at 10 --at 20
+
+    Example: rille replay rover.db -o short.gif --from 10 --to 14 --fps 12 --size 640x360 --camera 3,-4,2
     """
     from rille.model import InputRefused
 
@@ -49,8 +54,8 @@ def replay(
             raise InputRefused(f"'{target}' ends in none of {PAGE} {ANIMATION} {STILL} {' '.join(FILMS)}; choose one of these")
         if not target.parent.is_dir():
             raise InputRefused(f"the folder '{target.parent}' does not exist; create it first")
-    if camera not in CAMERAS:
-        raise InputRefused(f"camera is '{camera}'; it must be one of {', '.join(CAMERAS)}")
+    eye = _camera(camera)
+    pixels = _size(size)
     show = _Show(database, run, against)
     written: list[Path] = []
     with progress("replay") as update:
@@ -65,9 +70,11 @@ def replay(
                 written.append(target)
             elif suffix == ANIMATION:
                 _write(target, show.animation())
+                if show.other is not None:
+                    show.notes.append(f"'{target.name}' holds run {show.trace.run_id} alone: {show.other[1]} is in pages, films and stills")
                 written.append(target)
             else:
-                written += show.shoot(target, at or [], (start, stop), speed, fps, _size(size), camera, tell)
+                written += show.shoot(target, at or [], (start, stop), speed, fps, pixels, eye, tell)
     for note in show.notes:
         say(note)
     if as_json:
@@ -158,7 +165,7 @@ class _Show:
 
     def shoot(
         self, target: Path, at: list[float], span: tuple[Any, Any], speed: float, fps: float, size: Any, camera: Any, tell: Any
-    ) -> Any:
+    ) -> list[Path]:
         """A film or stills."""
         from rille.model import InputRefused
         from rille.view import scene3d
@@ -170,13 +177,32 @@ class _Show:
         take = scene3d.Take(start=start, stop=stop, speed=speed, fps=fps, size=size, camera=camera)
         stills = (at or [last]) if target.suffix.lower() == STILL else []
         scene = scene3d.scene_glb(self.rover, self.terrain, self.view)
-        return scene3d.shoot(target, scene, self.rover, self.trace, self.view, take, stills=stills, title=self.title, progress=tell)
+        ghost = None if self.other is None else scene3d.Ghost(trace=self.other[0], label=self.other[1])
+        words = {"title": self.title, "gravity": self.layout["gravity"]}
+        return scene3d.shoot(target, scene, self.rover, self.trace, self.view, take, stills=stills, ghost=ghost, progress=tell, **words)
 
 
 def _latest(database: Path, run: int | None) -> int:
     from rille import store
 
     return store.read_trace(database, run).run_id if run is None else run
+
+
+def _camera(text: str) -> Any:
+    """A way to move, or a place in W [m]."""
+    from math import isfinite
+
+    from rille.model import InputRefused
+
+    if text in CAMERAS:
+        return text
+    try:
+        place = tuple(float(number) for number in text.split(","))
+    except ValueError:
+        place = ()
+    if len(place) != 3 or not all(map(isfinite, place)):
+        raise InputRefused(f"camera is '{text}'; it must be one of {', '.join(CAMERAS)}, or a place such as 3,-4,2")
+    return place
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -1,7 +1,7 @@
 """Scenes that move: for the page of replays and live sessions, for films and for other programs."""
 
 from rille.view.scene3d.animation import animated_glb
-from rille.view.scene3d.film import FILMS, Take, shoot
+from rille.view.scene3d.film import FILMS, Ghost, Take, shoot
 from rille.view.scene3d.html import live_page, page
 from rille.view.scene3d.page_source import Extra, Shown, source
 from rille.view.scene3d.recorded import extras, recorded_trace
@@ -11,6 +11,7 @@ from rille.view.scene3d.tracks import states
 __all__ = [
     "FILMS",
     "Extra",
+    "Ghost",
     "Shown",
     "Take",
     "View",

@@ -53,7 +53,7 @@ def smooth(glb: Glb, vertices: Array, triangles: NDArray[np.int32], color: str) 
 
 
 def stand_in(glb: Glb, rover: Rover, body: Body) -> list[int]:
-    """Nodes of a body without visual meshes: its collision shapes and wheels, else a ball at its centre of mass."""
+    """Nodes of a body without visual meshes: its collision shapes and wheels, else a ball at its centre of mass with rods to its joints."""
     frame = np.array(body.frame)
     nodes = []
     for shape in rover.collision_shapes:
@@ -68,9 +68,15 @@ def stand_in(glb: Glb, rover: Rover, body: Body) -> list[int]:
             vertices = rim.vertices + np.array(wheel.center) - frame
             nodes.append(glb.node(wheel.name, mesh=smooth(glb, vertices, rim.faces, TYRE)))
     if not nodes:
-        pose = Pose(position=tuple(float(v) for v in body.properties.com))  # type: ignore[arg-type]
+        com = np.array(body.properties.com)
+        pose = Pose(position=(float(com[0]), float(com[1]), float(com[2])))
         ball = CollisionShape(body=body.name, kind="sphere", pose=pose, size=(POINT,))
         nodes.append(_flat(glb, facets(ball) - frame, GREY))
+        for joint in rover.joints:  # rods to the joints that hold it and that it holds
+            arm = np.array(joint.point) - com
+            if body.name in (joint.child, joint.parent) and np.linalg.norm(arm) > POINT:
+                rod = trimesh.creation.cylinder(POINT / 4, segment=[com - frame, com - frame + arm], sections=16)
+                nodes.append(glb.node(joint.name, mesh=smooth(glb, rod.vertices, rod.faces, TYRE)))
     return nodes
 
 

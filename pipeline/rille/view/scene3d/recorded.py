@@ -11,6 +11,7 @@ from rille.model.quaternion import angles as angles_of
 from rille.model.quaternion import from_angles, unit
 from rille.model.recording import ANGLES, AXES, Channel, Recording, full_name
 from rille.model.rotation import matrix_of, quaternion
+from rille.view.scene3d.animation import continuous
 from rille.view.scene3d.page_source import Extra
 from rille.view.scene3d.tracks import WHEEL
 
@@ -25,9 +26,9 @@ def recorded_trace(recording: Recording, rover: Rover, beside: Trace) -> tuple[T
 
     Raises
     ------
-    InputRefused : if no channel says where the machine or a joint is.
+    InputRefused : if no channel says where the machine or a joint is, or those that do have no time in common.
     """
-    seen = {(c.quantity, c.target, c.component): c for c in recording.channels if c.role == "observed" and len(c.time)}
+    seen = {(c.quantity, c.target, c.component): c for c in recording.channels if c.role == "observed" and np.isfinite(c.value).any()}
     carried = {joint.child for joint in rover.joints}
     root = next((body.name for body in rover.bodies if body.name not in carried), None)
     placed = [seen[key] for key in seen if key[0] in ("part.position", "part.orientation") and key[1] == root]
@@ -39,6 +40,11 @@ def recorded_trace(recording: Recording, rover: Rover, beside: Trace) -> tuple[T
             "`rille compare` shows it in plots"
         )
     first, last = max(float(c.time[0]) for c in used), min(float(c.time[-1]) for c in used)
+    if not first < last:
+        names = ", ".join(c.name for c in used[:6])
+        raise InputRefused(
+            f"the channels {names} of recording '{recording.name}' have no time in common; `rille compare` shows them in plots"
+        )
     rate = min(RATE, max(len(c.time) for c in used) / max(last - first, 1e-9))
     time = np.linspace(first, last, max(2, int((last - first) * rate) + 1))
     notes = []
@@ -48,7 +54,8 @@ def recorded_trace(recording: Recording, rover: Rover, beside: Trace) -> tuple[T
             f"{len(missing)} joints were not recorded and stand at zero: {', '.join(missing[:6])}{' ...' if len(missing) > 6 else ''}"
         )
     position, rotation = _root(seen, root, time, beside, notes)
-    positions = {name: at(channel, time) for name, channel in joints.items()}
+    hinges = {joint.name for joint in rover.joints if joint.kind == "hinge"}
+    positions = {name: at(channel, time, angle=name in hinges) for name, channel in joints.items()}
     bodies = _poses(rover, root, time, position, rotation, positions)
     return (
         Trace(
@@ -67,19 +74,31 @@ def recorded_trace(recording: Recording, rover: Rover, beside: Trace) -> tuple[T
     )
 
 
-def at(channel: Channel, time: Array) -> Array:
-    """Values of a channel at times [s], its delay taken off; missing ones are bridged."""
+def at(channel: Channel, time: Array, *, angle: bool = False) -> Array:
+    """Values of a channel at times [s], its delay taken off; missing ones are bridged, angles [rad] the short way round."""
     good = np.isfinite(channel.value)
-    return np.interp(time, channel.time[good] - channel.delay, channel.value[good]) if good.any() else np.full(len(time), np.nan)
+    if not good.any():
+        return np.full(len(time), np.nan)
+    value = np.unwrap(channel.value[good]) if angle else channel.value[good]
+    return np.interp(time, channel.time[good] - channel.delay, value)
+
+
+def turned_at(channels: Sequence[Channel], time: Array) -> Array:
+    """Quaternions (n, 4) at times [s] of channels w x y z: q and -q are one orientation, and neighbours are taken on one side."""
+    own = channels[0].time
+    whole = np.column_stack([at(c, own - c.delay) for c in channels])
+    near = continuous(whole)
+    return np.column_stack([np.interp(time, own - channels[0].delay, near[:, k]) for k in range(4)])
 
 
 def extras(recording: Recording) -> list[Extra]:
-    """Every channel for the plots, thinned."""
+    """Every channel for the plots, thinned, at the times at which it was so or acted: its delay is taken off."""
     found = []
     for channel in recording.channels:
         stride = max(1, -(-len(channel.time) // MOST_PLOTTED))
         label = f"{full_name(channel.quantity, channel.component, channel.target)} ({channel.name})"
-        found.append(Extra(label=label, unit=channel.unit, time=channel.time[::stride], values=channel.value[::stride]))
+        late = {"observed": -channel.delay, "command": channel.delay}.get(channel.role, 0.0)
+        found.append(Extra(label=label, unit=channel.unit, time=channel.time[::stride] + late, values=channel.value[::stride]))
     return found
 
 
@@ -98,13 +117,15 @@ def _root(seen: Seen, root: str | None, time: Array, beside: Trace, notes: list[
         borrowed += [axis] if channel is None else []
     measured = [seen.get(("part.orientation", root, c)) for c in ("w", *AXES)]
     if all(measured):
-        turned = np.column_stack([at(c, time) for c in measured if c is not None])
+        turned = turned_at([c for c in measured if c is not None], time)
     else:
         angles = []
         run_angles = angles_of(run.rotation)
         for k, name in enumerate(ANGLES):
             channel = seen.get(("part.orientation", root, name))
-            angles.append(at(channel, time) if channel is not None else np.interp(time, beside.time, np.unwrap(run_angles[:, k])))
+            angles.append(
+                at(channel, time, angle=True) if channel is not None else np.interp(time, beside.time, np.unwrap(run_angles[:, k]))
+            )
             borrowed += [name] if channel is None else []
         turned = from_angles(np.column_stack(angles))
     if borrowed:

@@ -45,7 +45,12 @@ def view_of(terrain: Terrain | None, path: Array, reach: float | None = None) ->
 
 
 def scene_glb(rover: Rover, terrain: Terrain | None, view: View) -> bytes:
-    """Machine and ground as a binary glTF: see the README beside this file for nodes and their extras."""
+    """Machine and ground as a binary glTF in W's own axes, less ``view.origin``.
+
+    Its top nodes say in their extras what they are (``rille``) and their ``name``. ``body``: one for each, at the zero pose, parts below
+    it; ``terrain``: a fine grid, also with ``rows, columns, posting_x, posting_y, x_west, y_north``, vertex i columns + j is row i from the
+    north, column j; ``surroundings``: the coarse rest; ``obstacles``.
+    """
     glb = Glb()
     origin = np.array(view.origin)
     add_bodies(glb, rover, origin)

@@ -12,13 +12,15 @@ export const LAYERS = [
 ];
 
 export class Layers {
-  constructor(changed) {
+  constructor(changed, wheels = true) { // wheels: whether there are any, whose forces, slip and ruts could be shown
+    this.wheels = wheels;
     this.shown = Object.fromEntries(LAYERS.map(layer => [layer.name, layer.on]));
     this.changed = changed;
     this.buttons = new Map(LAYERS.map(layer => [layer.name, element("button", {
       type: "button", title: `${layer.title} (${layer.key})`, "aria-pressed": String(layer.on), text: layer.label, on: { click: () => this.flip(layer.name) },
     })]));
     byId("layers").append(...this.buttons.values());
+    for (const name of ["forces", "slip", "trails", "ruts"]) this.buttons.get(name).hidden = !wheels;
     this.legend = byId("legend");
   }
   flip(name) {
@@ -32,7 +34,7 @@ export class Layers {
       rows.push(element("div", { class: "forces" }, ...FORCES.map(force => element("span", {}, element("i", { style: { background: force.colour } }), force.label)),
         element("small", { text: `${short(scale.length, 2)} m ≙ ${short(scale.force, 2)} N` })));
     }
-    if (this.shown.slip || this.shown.trails) {
+    if (this.wheels && (this.shown.slip || this.shown.trails)) {
       rows.push(element("div", { class: "slips" }, element("span", { text: "slip" }), element("small", { text: "−1 skid" }), element("i", { class: "ramp", style: { background: slipGradient() } }), element("small", { text: "+1 spin" })));
     }
     this.legend.replaceChildren(...rows); this.legend.hidden = !rows.length;

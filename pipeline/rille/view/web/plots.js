@@ -5,10 +5,11 @@ import { channelsOf, found } from "./channels.js";
 import { clamp, element } from "./util.js";
 
 const FIRST = ["wheels/slip_ratio", "wheels/sinkage", "rover/speed"];
+const FIRST_HELD = ["joints/hinge/position", "joints/hinge/velocity", "joints/prismatic/position", "joints/prismatic/velocity"];
 const LIVE_STRETCH = 30; // [s]
 
 export class Plots {
-  constructor(place, shape, tracks, clock, { first = FIRST } = {}) {
+  constructor(place, shape, tracks, clock, { first = shape.held ? FIRST_HELD : FIRST } = {}) {
     Object.assign(this, { shape, tracks, clock, figures: [], window: null, redraw: true, last: 0 });
     this.channels = channelsOf(shape, tracks);
     this.list = element("div", { class: "figures" });

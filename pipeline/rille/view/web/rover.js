@@ -39,9 +39,14 @@ export class Rover {
     return list;
   }
 
-  #size() {
+  #box() {
     const box = new THREE.Box3();
     for (const node of this.nodes) { node.updateMatrixWorld(true); box.expandByObject(node); }
+    return box;
+  }
+
+  #size() {
+    const box = this.#box();
     if (box.isEmpty()) return 1;
     return Math.max(0.2, 0.5 * box.getSize(new THREE.Vector3()).length());
   }
@@ -59,7 +64,8 @@ export class Rover {
     if (known) {
       root.updateMatrix();
       this.nodes.forEach((node, i) => { if (node.userData.unknown) root.matrix.clone().multiply(this.rest[i]).decompose(node.position, node.quaternion, node.scale); });
-      this.centre.copy(root.position);
+      if (!this.shape.held) this.centre.copy(root.position);
+      else if (!this.framed) { this.framed = true; this.#box().getCenter(this.centre); } // what stands on the world is looked at as it first stood
     }
     for (const node of this.nodes) { node.visible = known; node.position.add(this.offset); } // offset: while it is dragged
     return known;

@@ -19,6 +19,7 @@ export class Shape {
     this.firstJoint = 7 * this.bodies.length;
     this.firstWheel = this.firstJoint + 4 * this.joints.length;
     this.size = this.firstWheel + 11 * this.wheels.length;
+    this.held = !this.bodies.some(body => body.root); // by the world
     this.root = Math.max(0, this.bodies.findIndex(body => body.root));
     this.origin = layout.origin ?? [0, 0, 0];
     this.gravity = layout.gravity ?? 9.81;

@@ -16,7 +16,7 @@ export class Viewer {
   constructor(shape, scene, tracks, clock, mode) {
     Object.assign(this, { shape, scene, tracks, clock, mode, frameCount: 0 });
     this.stage = new Stage(byId("view"), shape.layout);
-    this.layers = new Layers(() => this.refresh());
+    this.layers = new Layers(() => this.refresh(), shape.wheels.length > 0);
     this.keys = new Keys();
     this.#worlds();
     this.camera = new Camera(this.stage, this.worlds[0], () => { this.stage.dirty = true; });
