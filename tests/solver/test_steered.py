@@ -11,6 +11,7 @@ from machines import chain, free_arm
 from remembering import TABLES, make_remembering, numbers
 from rille import store
 from rille.model import Differential, InputRefused, Joint, Scenario, StateChange
+from rille.simulate import read_scenario_file
 from rille.simulate.run import find_solver
 from rille.store.steering import LONGEST
 
@@ -183,3 +184,36 @@ def test_changes_of_a_scenario_are_made_at_their_times(make_model):
     at = np.searchsorted(trace.time, 0.5 + 1e-9)
     assert np.all(trace.joints[0].position[: at - 1] == 0)
     assert trace.joints[0].position[at] == pytest.approx(0.7, abs=0.01)
+
+
+def test_a_scenario_file_changes_states(make_model, tmp_path):
+    """In either unit; a joint that does not exist is refused by name."""
+    sheet = tmp_path / "s.toml"
+    text = """
+name = "lifted"
+duration = "1 s"
+[[state_change]]
+time = "0.5 s"
+quantity = "joint.position"
+target = "JOINT"
+values = ["30 deg"]
+"""
+    rover = chain([1.0], [1.0])
+    sheet.write_text(text.replace("JOINT", rover.joints[0].name))
+    (change,) = read_scenario_file(sheet, {}).changes
+    assert change == StateChange(
+        time=0.5, quantity="joint.position", target=rover.joints[0].name, values=(pytest.approx(np.pi / 6, abs=1e-15),)
+    )
+    path = make_model(rover, read_scenario_file(sheet, {}))
+    trace = store.read_trace(path, repeat(path, "lifted"))
+    assert np.abs(trace.joints[0].position).max() == pytest.approx(
+        np.pi / 6, rel=5e-3
+    )  # states are stored every 20 ms: it has fallen by then
+    sheet.write_text(text.replace("JOINT", "elbow"))
+    wrong = make_model(rover, read_scenario_file(sheet, {}))
+    done = subprocess.run([find_solver(), "run", str(wrong)], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 3
+    assert "'elbow', which the model does not have" in done.stderr
+    sheet.write_text(text.replace('"30 deg"', '"30 kg"'))
+    with pytest.raises(InputRefused, match="30 kg"):
+        read_scenario_file(sheet, {})

@@ -93,9 +93,17 @@ def _stated(part: Component, rule: PartSheet) -> MassProperties:
     return MassProperties(mass=mass, com=com, inertia=inertia, mass_provenance="stated", inertia_provenance=provenance)
 
 
+def principal_moments(inertia: Matrix, subject: str) -> Array:
+    """Principal moments [kg m^2], ascending; numbers that no machine has are refused before they overflow."""
+    largest = float(np.abs(inertia).max())
+    if not largest <= LARGEST:
+        raise InputRefused(f"inertia of {subject} has a number of {largest:g} kg m^2; it must be at most {LARGEST:g}, check its unit")
+    return np.linalg.eigvalsh(inertia)
+
+
 def check_inertia(inertia: Matrix, subject: str) -> None:
     """Refuse an inertia that no distribution of mass has: principal moments are positive and obey A + B >= C."""
-    moments = np.linalg.eigvalsh(inertia)
+    moments = principal_moments(inertia, subject)
     if moments[0] <= 0:
         raise InputRefused(f"inertia of {subject} has the principal moment {moments[0]:g} kg m^2; all must be above 0")
     if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):

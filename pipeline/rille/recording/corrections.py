@@ -5,9 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.model.errors import InputRefused
 from rille.model.recording import Array, Channel, Correction
 
 WHOLE = ("sort", "drop_duplicates", "resample")  # need all samples of a clock at once; the others work piece by piece
+MOST = 50_000_000  # samples of a clock that are resampled: all of them at once
 Values = dict[str, Array]
 
 
@@ -58,6 +60,11 @@ def _resampled(time: Array, values: Values, channels: Mapping[str, Channel], ste
     if len(time) < 2:
         return time, values, 0
     first, last = np.ceil(time[0] / step - 1e-9), np.floor(time[-1] / step + 1e-9)
+    if not last - first < MOST:
+        raise InputRefused(
+            f"resampling to {1 / step:g} Hz would make {last - first:.3g} samples of {time[-1] - time[0]:g} s; at most {MOST:g} are taken, "
+            "lower the rate or cut first"
+        )
     grid = np.arange(first, last + 1) * step
     before = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, len(time) - 2)
     width = time[before + 1] - time[before]

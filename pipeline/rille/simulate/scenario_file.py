@@ -10,13 +10,18 @@ from typing import Literal
 from pydantic import Field
 
 from rille import __version__
-from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, Watch, nearest_names
+from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, StateChange, Watch, nearest_names
 from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, read_sheet, source_of
 
 GRAVITY = {"moon": 1.625, "mars": 3.728, "earth": 9.80665, "none": 0.0}  # [m/s^2] mean surface gravity
 
 Number = float | int | str
+
+CHANGEABLE: dict[str, Sequence[str]] = {
+    **{"joint.position": ("rad", "m"), "joint.velocity": ("rad/s", "m/s"), "part.position": ("m",), "part.orientation": ("1",)},
+    **{"part.linear_velocity": ("m/s",), "part.angular_velocity": ("rad/s",)},
+}
 
 
 class _Start(Sheet):
@@ -54,6 +59,15 @@ class _Watch(Sheet):
     value: Number | None = None
 
 
+class _StateChange(Sheet):
+    time: Number
+    quantity: Literal[
+        "joint.position", "joint.velocity", "part.position", "part.orientation", "part.linear_velocity", "part.angular_velocity"
+    ]
+    target: str = Field(min_length=1)
+    values: list[Number] = Field(min_length=1, max_length=4)
+
+
 class _ScenarioSheet(Sheet):
     name: str = Field(min_length=1)
     duration: Number
@@ -67,6 +81,7 @@ class _ScenarioSheet(Sheet):
     initial_state: list[_InitialState] = []
     command: list[_Command] = []
     command_table: str | None = None
+    state_change: list[_StateChange] = []
     watch: list[_Watch] = []
 
 
@@ -142,12 +157,22 @@ def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
             for s in sheet.initial_state
         ),
         commands=tuple(sorted(commands, key=lambda c: (c.time, c.drive))),
+        changes=tuple(sorted((_change(entry, what) for entry in sheet.state_change), key=lambda change: change.time)),
         watches=tuple(_watch(entry, sheet.name, drive_modes) for entry in sheet.watch),
         sources=(source_of(path, f"scenario {sheet.name}", f"rille {__version__}"),),
     )
 
 
 UNITS_OF_MODE: dict[str, Sequence[str]] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}
+
+
+def _change(entry: _StateChange, what: str) -> StateChange:
+    """Values of joints in either unit, of the root in its own."""
+    subject = f"{entry.quantity} of '{entry.target}' in a state_change {what}"
+    values = tuple(_in_units(value, CHANGEABLE[entry.quantity], subject) for value in entry.values)
+    return StateChange(
+        time=to_si(entry.time, "time", f"time of a state_change {what}"), quantity=entry.quantity, target=entry.target, values=values
+    )
 
 
 def _watch(entry: _Watch, scenario: str, drive_modes: dict[str, str]) -> Watch:

@@ -90,7 +90,7 @@ def open_raster(path: Path, band: int = 1) -> Raster:
             shape, transform, crs, bands = raster.shape, raster.transform, raster.crs, raster.count
             beside = tuple(file for file in map(Path, sorted(raster.files)) if file.suffix != ".ovr" and file.is_file() and file != path)
             scale, offset, unit = raster.scales[band - 1], raster.offsets[band - 1], raster.units[band - 1] or ""
-    except RasterioError as error:
+    except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
         raise InputRefused(f"'{path}' cannot be read as a raster: {_first_line(error)}") from None
     if min(shape) < 2:
         raise InputRefused(f"'{path}' has {shape[0]} x {shape[1]} heights; at least 2 x 2 are needed")
@@ -105,6 +105,8 @@ def open_raster(path: Path, band: int = 1) -> Raster:
     unit = unit.strip() or _vertical_unit(crs.to_wkt())
     if unit.lower() not in METRES:
         raise InputRefused(f"the heights of '{path}' are in {unit}, not in metres; convert them first (gdal_calc, then gdal_edit -units m)")
+    if not np.isfinite(transform).all():
+        raise InputRefused(f"'{path}' does not say where it lies (its georeference has a number that is not finite); repair it (gdal_edit -a_ullr)")
     if transform.b != 0 or transform.d != 0 or transform.a <= 0 or transform.e >= 0:
         raise InputRefused(f"'{path}' is not north-up (rotated or flipped); warp it first (gdalwarp)")
     return Raster(

@@ -201,9 +201,9 @@ class _Reader:
 
     def _possible(self, inertia: Array, link: str) -> Array:
         """The inertia, with the triangle inequality restored where only the file's digits break it."""
-        moments = np.linalg.eigvalsh(inertia)
-        excess = moments[2] - moments[0] - moments[1]
         subject = f"link '{link}' of '{self.path.name}'"
+        moments = principal_moments(inertia, subject)
+        excess = moments[2] - moments[0] - moments[1]
         if 1e-9 * moments[2] < excess <= WRITTEN * moments[2] and moments[0] > 0:
             self.note(f"inertia of {subject} breaks the triangle inequality by {excess:.2g} kg m^2; as much was added to its moments")
             inertia = inertia + excess * np.eye(3)

@@ -123,7 +123,7 @@ def _read(path: Path) -> _Raster:
                 levels = (float(np.iinfo(name).min), float(np.iinfo(name).max)) if kind in "iu" and not scaled else None
                 posting, corner = _georeference(raster, path)
                 unit = str(raster.units[band - 1] or "")
-    except RasterioError as error:
+    except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
         raise InputRefused(f"'{path}' cannot be read as a raster: {' '.join(str(error).split())}") from None
     return _Raster(values=values * scale + offset, posting=posting, corner=corner, type_name=name, levels=levels, unit=unit)
 

@@ -70,7 +70,7 @@ def _header(file: Path, subject: str) -> Array:
     """The values, not yet read from the disk."""
     try:
         values = np.load(file, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+    except Exception as error:  # the header is read as Python, and a damaged one makes that stumble on anything
         raise InputRefused(f"the heights '{file}' of {subject} cannot be read ({error}); register it again") from None
     if not isinstance(values, np.ndarray) or values.ndim != 2 or min(values.shape) < 2 or values.dtype.kind != "f":
         raise InputRefused(f"'{file}' of {subject} is no grid of heights; register it again")

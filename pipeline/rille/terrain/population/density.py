@@ -102,8 +102,10 @@ def _mapped(path: Path, subject: str, frame: Frame) -> Density:
     try:
         with rasterio.open(path) as raster:
             values = raster.read(1, masked=True).astype(np.float64).filled(0.0)
+            if not (np.isfinite(raster.transform).all() and abs(raster.transform.determinant) > 0):
+                raise InputRefused(f"{what} has cells without an area; repair its georeference (gdal_edit -a_ullr)")
             inverse, crs = ~raster.transform, raster.crs
-    except RasterioError as error:
+    except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
         raise InputRefused(f"{what} cannot be read as a raster: {error}") from None
     values = np.where(np.isfinite(values), values, 0.0)
     if values.min() < 0:
