@@ -763,8 +763,13 @@ def _study_values(folder: Path) -> tuple[Path, Read]:
     return study_database(folder), read_study
 
 
-VALUES = ("NULL", "-1", "0", "1e308", "-1e308", "9e999", "-9e999", "9223372036854775807", "2147483648", "1000000", "''", "'x'", "'*'", "'{}'", "'[[0,0]]'")
-VALUES += ("'null'", "'[1,2'", "x''", "x'00'", "zeroblob(23)", "zeroblob(96)", "0.5", "3.14159", "'nan'", "'é'", "CAST(x'ff' AS TEXT)", "7")
+VALUES = {
+    "INTEGER": ("NULL", "-1", "0", "1", "7", "63", "1000000", "2147483648", "9223372036854775807", "-9223372036854775808"),
+    "REAL": ("NULL", "-1.0", "0.0", "1e308", "-1e308", "9e999", "-9e999", "1e-308", "0.5", "1e15"),
+    "TEXT": ("NULL", "''", "'x'", "'*'", "'{}'", "'[]'", "'[[0,0]]'", "'null'", "'[1,2'", "'nan'", "'[1e999]'", "'é'", "CAST(x'ff' AS TEXT)", "'height'"),
+    "BLOB": ("NULL", "x''", "x'00'", "zeroblob(23)", "zeroblob(96)", "zeroblob(8)", "x'789c'", "randomblob(64)"),
+}
+CATALOGUE = ("effect_kind", "effect_parameter_kind")  # rows of rille's own, in every database
 
 
 def changed_values(data: bytes, chance: Random) -> tuple[str, bytes]:
@@ -772,26 +777,30 @@ def changed_values(data: bytes, chance: Random) -> tuple[str, bytes]:
     with closing(sqlite3.connect(":memory:")) as connection:
         connection.deserialize(data)
         connection.execute("PRAGMA ignore_check_constraints = ON")
-        tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
-        filled = [table for table in tables if table not in ("effect_kind", "effect_parameter_kind") and connection.execute(f'SELECT 1 FROM "{table}"').fetchone()]
-        said = []
-        for _ in range(int(chance.integers(1, 4))):
+        every = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%' ORDER BY name")
+        tables = [name for (name,) in every if name not in CATALOGUE]
+        filled = [table for table in tables if connection.execute(f'SELECT 1 FROM "{table}"').fetchone()]
+        said: list[str] = []
+        for _ in range(200):
+            if len(said) > int(chance.integers(3)):
+                break
             table = str(chance.choice(filled))
-            where = f' WHERE rowid = (SELECT rowid FROM "{table}" ORDER BY random() LIMIT 1)' if chance.random() < 0.7 else ""
-            where = where.replace("ORDER BY random() LIMIT 1", f"LIMIT 1 OFFSET {int(chance.integers(6))}")
-            columns = [row[1] for row in connection.execute(f'PRAGMA table_info("{table}")')]
-            column = str(chance.choice(columns))
-            value = VALUES[int(chance.integers(len(VALUES)))]
-            statement = f'UPDATE "{table}" SET "{column}" = {value}{where}'
-            if chance.random() < 0.1:
-                statement = f'DELETE FROM "{table}"{where}'
-            elif chance.random() < 0.2:
-                statement = f'UPDATE "{table}" SET "{column}" = "{column}" * {2.0 ** int(chance.integers(-20, 20))}{where}'
-            said.append(statement)
+            columns = connection.execute(f'PRAGMA table_info("{table}")').fetchall()
+            _, column, kind, *_ = columns[int(chance.integers(len(columns)))]
+            key = next((c[1] for c in columns if c[5] == 1), column)
+            keys = connection.execute(f'SELECT DISTINCT "{key}" FROM "{table}" ORDER BY 1').fetchall()
+            one = keys[int(chance.integers(len(keys)))] if keys else (None,)
+            values = VALUES.get(kind, ("NULL",))
+            value = values[int(chance.integers(len(values)))]
+            if kind == "REAL" and chance.random() < 0.3:
+                value = f'"{column}" * {2.0 ** int(chance.integers(-20, 20))}'
+            statement = f'UPDATE "{table}" SET "{column}" = {value}' if chance.random() < 0.9 else f'DELETE FROM "{table}"'
+            where, which = (f' WHERE "{key}" IS ?', one) if chance.random() < 0.7 else ("", ())
             try:
-                connection.execute(statement)
+                connection.execute(statement + where, which)
             except sqlite3.Error:
-                continue  # strict tables take no value of another type, and some keys are unique
+                continue  # some keys are unique, some values must be there
+            said.append(statement + where)
         connection.commit()
         return "; ".join(said), bytes(connection.serialize())
 

@@ -16,6 +16,7 @@ from rille.model import InputRefused, MassProperties, Material, Provenance
 from rille.model.quantity import to_si
 
 Matrix = NDArray[np.float64]
+LARGEST = 1e15  # [kg m^2] of an inertia; squares of numbers beyond it may overflow
 
 STRENGTH: tuple[Provenance, ...] = ("measured", "stated", "geometry", "cad_material", "default")  # strongest first
 
@@ -93,7 +94,7 @@ def _stated(part: Component, rule: PartSheet) -> MassProperties:
     return MassProperties(mass=mass, com=com, inertia=inertia, mass_provenance="stated", inertia_provenance=provenance)
 
 
-def principal_moments(inertia: Matrix, subject: str) -> Array:
+def principal_moments(inertia: Matrix, subject: str) -> NDArray[np.float64]:
     """Principal moments [kg m^2], ascending; numbers that no machine has are refused before they overflow."""
     largest = float(np.abs(inertia).max())
     if not largest <= LARGEST:

@@ -12,7 +12,7 @@ from rille.cad.exchange.meshes import hull_mesh
 from rille.cad.exchange.urdf_file import Geometry, Inertial, Shape, UrdfFile, UrdfJoint, read_urdf_file
 from rille.cad.exchange.writing import UNBOUNDED, Names
 from rille.cad.geometry import compose
-from rille.cad.masses import MASSLESS, check_inertia
+from rille.cad.masses import MASSLESS, check_inertia, principal_moments
 from rille.model import (
     Body,
     CollisionShape,
