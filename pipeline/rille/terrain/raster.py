@@ -106,7 +106,9 @@ def open_raster(path: Path, band: int = 1) -> Raster:
     if unit.lower() not in METRES:
         raise InputRefused(f"the heights of '{path}' are in {unit}, not in metres; convert them first (gdal_calc, then gdal_edit -units m)")
     if not np.isfinite(transform).all():
-        raise InputRefused(f"'{path}' does not say where it lies (its georeference has a number that is not finite); repair it (gdal_edit -a_ullr)")
+        raise InputRefused(
+            f"'{path}' does not say where it lies (its georeference has a number that is not finite); repair it (gdal_edit -a_ullr)"
+        )
     if transform.b != 0 or transform.d != 0 or transform.a <= 0 or transform.e >= 0:
         raise InputRefused(f"'{path}' is not north-up (rotated or flipped); warp it first (gdalwarp)")
     return Raster(

@@ -80,10 +80,13 @@ def load_mesh(path: Path, scale: tuple[float, float, float]) -> tuple[Piece, ...
             if path.suffix.lower() == ".dae" and scene.units not in (None, "meters"):
                 scene = scene.convert_units("meters")
             meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+            flat = next((mesh for mesh in meshes if np.shape(mesh.vertices)[1:] != (3,)), None)
     except Exception as error:  # trimesh and the readers below it raise whatever a damaged file makes them stumble on
         raise InputRefused(f"the mesh '{path}' cannot be read: {str(error) or type(error).__name__}") from None
     if not meshes:
         raise InputRefused(f"the mesh '{path}' holds no triangles")
+    if flat is not None:
+        raise InputRefused(f"the mesh '{path}' has points of {np.shape(flat.vertices)[-1]} coordinates; 3 are needed, export it again")
     by_color: dict[str | None, list[Any]] = {}
     for mesh in meshes:
         by_color.setdefault(_color(mesh), []).append(mesh)

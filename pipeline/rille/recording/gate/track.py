@@ -64,7 +64,8 @@ class Track:
 def lay(stretches: Sequence[Samples], starts: Sequence[float], apart: float, *, hold: bool = False, delay: float = 0.0) -> Track | None:
     """A track of the samples of each stretch; stretch k, which begins at ``starts[k]``, goes to k x ``apart`` [s].
 
-    Samples that are missing or go backwards are left out. delay : [s] added to all times. None: fewer than eight samples are left.
+    Samples that are missing or go backwards are left out. delay : [s] added to all times. None: fewer than eight samples are left, or
+    their times tell nothing (all of them far apart, or one and the same but for rounding).
     """
     times, values, ends = [], [], []
     for k, ((time, value), start) in enumerate(zip(stretches, starts, strict=True)):
@@ -80,7 +81,9 @@ def lay(stretches: Sequence[Samples], starts: Sequence[float], apart: float, *, 
     time, value = np.concatenate(times), np.concatenate(values)
     interval = np.diff(time)
     within = interval < apart / 4
-    step = float(np.median(interval[within]))
+    step = float(np.median(interval[within])) if within.any() else 0.0
+    if not step > 0:
+        return None
     gap = ~within | (interval > max(8 * step, 3 * float(np.quantile(interval[within], 0.95))))
     mean = value[:-1] if hold else 0.5 * (value[:-1] + value[1:])
     integral = np.concatenate([[0.0], np.cumsum(np.where(within, interval, 0.0) * mean)])

@@ -26,10 +26,10 @@ class ParquetSource:
         self.path = path
         try:
             self._file = pq.ParquetFile(path, pre_buffer=False)
-        except (pa.ArrowException, OSError) as error:
+            self.schema = self._file.schema_arrow
+            self.columns = tuple(self.schema.names)
+        except (pa.ArrowException, OSError, UnicodeDecodeError) as error:  # of damaged names
             raise InputRefused(f"'{path}' cannot be read as Parquet: {error}") from None
-        self.schema = self._file.schema_arrow
-        self.columns = tuple(self.schema.names)
         for name in self.columns:
             if self.columns.count(name) > 1:
                 raise InputRefused(f"'{path}' has {self.columns.count(name)} columns named '{name}'; rename all but one")
@@ -56,5 +56,5 @@ class ParquetSource:
             for batch in self._file.iter_batches(batch_size=ROWS, columns=list(wanted.columns)):
                 yield from pieces_of(batch, wanted, row, min(1.0, (row + len(batch)) / self.rows), str(self.path))
                 row += len(batch)
-        except (pa.ArrowException, OSError) as error:
+        except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
             raise InputRefused(f"'{self.path}' is damaged after row {row}: {error}") from None

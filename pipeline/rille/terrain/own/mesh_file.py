@@ -47,6 +47,8 @@ def read_triangles(path: Path, unit: str | None) -> tuple[Array, NDArray[np.int6
         raise InputRefused(f"the mesh '{path}' cannot be read: {' '.join(str(error).split()) or type(error).__name__}") from None
     if len(triangles) == 0:
         raise InputRefused(f"the mesh '{path}' holds no triangles")
+    if vertices.shape[1:] != (3,):
+        raise InputRefused(f"the mesh '{path}' has points of {vertices.shape[-1]} coordinates; 3 are needed, export it again")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         wrong = int(triangles.min() if triangles.min() < 0 else triangles.max())
         raise InputRefused(f"the mesh '{path}' names the vertex {wrong}, but has {len(vertices)}; it is damaged, export it again")
