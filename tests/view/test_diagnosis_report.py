@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from browser import Tab, until
 from made_diagnosis import BIAS, COULOMB, PATCH, WHEEL, made_diagnosis, named, ranked
 from rille.diagnosis.answer.diagnosis_json import diagnosis_json, diagnosis_lines, diagnosis_of, setting_json, setting_of
 from rille.diagnosis.comparison.difference import find_difference
@@ -17,7 +18,7 @@ from rille.model.finding import RowChange
 from rille.view.diagnosis_machine import accused_bodies
 from rille.view.diagnosis_report import write_diagnosis_report
 from view.difference_case import comparison
-from view.test_difference_report import browser, data_of, until  # noqa: F401, a fixture
+from view.test_difference_report import data_of
 from view.test_view import hand_made
 
 CHANGES = (
@@ -210,7 +211,7 @@ def test_what_is_lit():
     assert lit(target="nobody") == set()
 
 
-def test_a_browser_draws_every_figure_in_silence(tmp_path, browser):  # noqa: F811
+def test_a_browser_draws_every_figure_in_silence(tmp_path, tab: Tab):
     cases = [comparison("traverse/1", seconds=30.0, seed=1), comparison("traverse/2", seconds=8.0, seed=2)]
     _, rover = hand_made()
     path = tmp_path / "r.html"
@@ -223,10 +224,10 @@ def test_a_browser_draws_every_figure_in_silence(tmp_path, browser):  # noqa: F8
         improved=[improved(c) for c in cases],
         rover=rover,
     )
-    browser.get(path.as_uri())
+    tab.page.goto(path.as_uri())
 
     def run(script):
-        return browser.execute_script("return " + script)
+        return tab.page.evaluate(script)
 
     figures = run("[...document.querySelectorAll('figure.plot')].map(figure => figure.id)")
     assert len(figures) == 7
@@ -239,10 +240,8 @@ def test_a_browser_draws_every_figure_in_silence(tmp_path, browser):  # noqa: F8
     bars = run("[...document.querySelectorAll('.bar i')].map(bar => bar.parentNode.style.getPropertyValue('--part'))")
     assert bars == ["71.0%", "22.0%", "5.0%", "2.0%"]
     assert not run("document.documentElement.scrollWidth > document.documentElement.clientWidth"), "the page is wider than the window"
-    assert browser.get_log("browser") == []
-    sent = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    asked = {m["params"]["request"]["url"].split(":")[0] for m in sent if m["method"] == "Network.requestWillBeSent"}
-    assert asked <= {"file", "data", "blob"}
+    assert tab.complaints == []
+    assert tab.schemes <= {"file", "data", "blob"}
 
 
 def test_transients_alone_have_a_time_line(tmp_path):
