@@ -149,13 +149,16 @@ def _refuse_open_secrets(secrets: Sequence[Path], places: Sequence[Path]) -> Non
 
 
 def _environment(private: Path) -> dict[str, str]:
-    """All that the command learns of its surroundings: where Python is, and that everything private belongs into one folder."""
+    """All that the command learns of its surroundings: where Python is, that everything private belongs into one folder, and that linear
+    algebra has one processor: there are as many rooms as processors.
+    """
     own = ("HOME", "TMPDIR", "MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "NUMBA_CACHE_DIR", "RILLE_CACHE")
     return {
         "PATH": f"{Path(sys.executable).parent}:/usr/bin:/bin",
         "LANG": "C.UTF-8",
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
+        **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"),
         **dict.fromkeys(own, str(private)),
     }
 

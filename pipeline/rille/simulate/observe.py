@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,8 @@ class Observer:
         (m,) [unit]; NaN where the run had ended.
         """
         channel = self.channels[number]
-        columns = [between(steps[:, :, c], row, at, self.needs[c][0]) for c in self.columns[number]]
+        read = _Between(steps, row, at)
+        columns = [read.values(c, self.needs[c][0]) for c in self.columns[number]]
         if channel.quantity == "part.orientation":
             turn = unit(np.stack(columns, axis=-1))
             return angle_of(turn, channel.component) if channel.component in ANGLES else turn[:, TURN[channel.component]]
@@ -91,19 +93,52 @@ def between(series: Array, row: NDArray[np.int64], at: Array, quantity: str) -> 
     Positions by the cubic through four steps (error of fourth order in the step), velocities linearly (second order); efforts, loads and
     accelerations are means over a step: that of the step which contains the instant.
     """
-    last = series.shape[1] - 1
-    if quantity not in MOTION_QUANTITIES:
-        return series[row, np.clip(np.ceil(at - ROUNDED).astype(np.int64), min(1, last), last)]
-    left = np.clip(np.floor(at).astype(np.int64), 0, max(last - 1, 0))
-    part = at - left
-    if quantity not in SMOOTH or last < 3:
-        return (1 - part) * series[row, left] + part * series[row, np.minimum(left + 1, last)]
-    first = np.clip(left - 1, 0, last - 3)
-    x = at - first
-    values = [series[row, first + k] for k in range(4)]
-    return (
-        -(x - 1) * (x - 2) * (x - 3) / 6 * values[0]
-        + x * (x - 2) * (x - 3) / 2 * values[1]
-        - x * (x - 1) * (x - 3) / 2 * values[2]
-        + x * (x - 1) * (x - 2) / 6 * values[3]
-    )
+    return _Between(series[:, :, None], row, at).values(0, quantity)
+
+
+class _Between:
+    """Reads several series (n_rows, n_steps + 1, n_series) at the same instants: places and weights are found once. See ``between``."""
+
+    def __init__(self, series: Array, row: NDArray[np.int64], at: Array) -> None:
+        self.flat, self.row, self.at = np.ascontiguousarray(series).reshape(-1), row, at
+        self.length, self.stride = series.shape[1:]
+        self.last = self.length - 1
+
+    def values(self, number: int, quantity: str) -> Array:
+        """Values (m,) of one series."""
+        if quantity not in MOTION_QUANTITIES:
+            return self._take(self._containing, number)
+        if quantity not in SMOOTH or self.last < 3:
+            left, after, part = self._linear
+            return (1 - part) * self._take(left, number) + part * self._take(after, number)
+        first, weights = self._cubic
+        values = [weight * self._take(first, number + k * self.stride) for k, weight in enumerate(weights)]
+        return values[0] + values[1] + values[2] + values[3]
+
+    def _take(self, places: NDArray[np.int64], number: int) -> Array:
+        return self.flat.take(places + number)
+
+    def _places(self, step: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Of series 0 at the end of steps (m,), in ``flat``."""
+        return (self.row * self.length + step) * self.stride
+
+    @cached_property
+    def _containing(self) -> NDArray[np.int64]:
+        return self._places(np.clip(np.ceil(self.at - ROUNDED).astype(np.int64), min(1, self.last), self.last))
+
+    @cached_property
+    def _left(self) -> NDArray[np.int64]:
+        return np.clip(np.floor(self.at).astype(np.int64), 0, max(self.last - 1, 0))
+
+    @cached_property
+    def _linear(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Places before and after, and the share of the latter."""
+        return self._places(self._left), self._places(np.minimum(self._left + 1, self.last)), self.at - self._left
+
+    @cached_property
+    def _cubic(self) -> tuple[NDArray[np.int64], tuple[Array, Array, Array, Array]]:
+        """Place of the first of four steps, and the weights of these (Lagrange)."""
+        first = np.clip(self._left - 1, 0, self.last - 3)
+        x = self.at - first
+        a, b, c = x - 1, x - 2, x - 3
+        return self._places(first), (-a * b * c / 6, x * b * c / 2, -x * a * c / 2, x * a * b / 6)
