@@ -28,7 +28,7 @@ def rille(*words):
 
 def go_on(folder, until=float("inf")):
     """The proof in a folder, as far as time allows."""
-    return prove(folder, "a test", TWO, workers=2, cluster=None, baselines=True, until=until)
+    return prove(folder, "a test", TWO, workers=2, scheduler=None, baselines=True, until=until)
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +146,7 @@ def test_trials_go_through_a_cluster_as_bytes(tmp_path):
         one = Extent(counts={"nothing": 1}, machines=("pendulum",))
         folder = tmp_path / "proof"
         address = cluster.scheduler_address
-        assert prove(folder, "a cluster", one, workers=1, cluster=address, baselines=False, until=float("inf"))
+        assert prove(folder, "a cluster", one, workers=1, scheduler=address, baselines=False, until=float("inf"))
     held = store.read_ledger(folder / "ledger.db")
     assert [a.status for a in held.answers] == ["done"]
     assert json.loads(held.scores[0].text)["diagnosis"]["verdict"] == "nothing_missing"

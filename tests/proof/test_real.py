@@ -106,7 +106,7 @@ def test_the_truth_of_a_real_trial_is_sealed_and_scored(real, tmp_path):
     folder, piece = real
     output = tmp_path / "proof"
     assert prove(
-        output, "real", Extent(counts={}), real=[folder / "friction.toml"], workers=1, cluster=None, baselines=True, until=float("inf")
+        output, "real", Extent(counts={}), real=[folder / "friction.toml"], workers=1, scheduler=None, baselines=True, until=float("inf")
     )
     held = store.read_ledger(output / "ledger.db")
     assert {file.name for file in (output / ROOMS / "000").iterdir()} == {"model.db", "ask.json"}

@@ -6,7 +6,8 @@ import pytest
 from rille import simulate
 from rille.model import InputRefused
 from rille.model.recording import Channel, Recording
-from rille.simulate.cluster import ClusterReplayer, connected
+from rille.simulate.cluster import ClusterReplayer
+from rille.work import connected
 from simulate.test_changed import ASIDE, CHANNELS, FRICTION, HEAVY, model, windows
 
 distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install 'rille[cluster]'")
@@ -54,7 +55,7 @@ def test_workers_give_the_same_numbers(make_model, address):
 
 
 def test_no_cluster_is_a_sentence(monkeypatch):
-    monkeypatch.setattr("rille.simulate.cluster.PATIENCE", "1 s")
+    monkeypatch.setattr("rille.work.cluster.PATIENCE", "1 s")
     with pytest.raises(InputRefused, match="no Dask scheduler answers"), connected("tcp://127.0.0.1:1"):
         pass
     with pytest.raises(InputRefused, match="no Dask scheduler answers"), connected("not an address"):

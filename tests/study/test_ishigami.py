@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from rille import store
-from rille.model.study import CaseResult, StudyTable
-from rille.simulate.workers import LocalPool
-from rille.study import carry_out, design_cases, indices
+from rille.model.study import CaseResult, StudyTable, lost_case
+from rille.study import design_cases, indices
+from rille.work import LocalPool, carry_out
 from study.function_studies import A, B, Ishigami, angles, plan
 
 V1, V2, V13 = (1 + B * math.pi**4 / 5) ** 2 / 2, A**2 / 8, B**2 * math.pi**8 * (1 / 18 - 1 / 50)
@@ -24,7 +24,8 @@ def carried_out(path, asked, workers) -> StudyTable:
     store.create_study(path, asked, design_cases(asked, 9, 100_000))
     pool = LocalPool(Ishigami(), workers)
     try:
-        carry_out(pool, store.waiting_cases(path), lambda results: store.add_results(path, asked, results))
+        waiting = store.waiting_cases(path)
+        carry_out(pool, waiting, len(waiting), lambda results: store.add_results(path, asked, results), lost=lost_case)
     finally:
         pool.close()
     return store.read_study(path)

@@ -42,7 +42,7 @@ def diagnose(
     ] = None,
     without: Annotated[list[str] | None, typer.Option(help="Leave out hypotheses of this kind, cause or target; repeatable.")] = None,
     report: Annotated[Path | None, typer.Option("--output", "-o", help="HTML: the report, one file that works offline.")] = None,
-    cluster: Annotated[str | None, typer.Option(help="Address of a Dask scheduler that replays are spread over: tcp://HOST:8786.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler to spread replays over: tcp://HOST:8786.")] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Begin anew, whatever an interrupted diagnosis left.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -78,7 +78,7 @@ def diagnose(
     with progress("diagnosing") as update:
         try:
             work = _pushed if calm else _diagnosed
-            diagnosis = work(database, training, aside, options, cluster, stages, update)
+            diagnosis = work(database, training, aside, options, scheduler, stages, update)
         except KeyboardInterrupt:
             say("finished stages are kept; the same command goes on from there")
             raise
@@ -172,7 +172,7 @@ def _diagnosed(
     training: Sequence["Recording"],
     aside: Sequence["Recording"],
     options: "Options",
-    cluster: str | None,
+    scheduler: str | None,
     stages: "Stages",
     update: Callable[[str, float], None],
 ) -> "Diagnosis":
@@ -197,7 +197,7 @@ def _diagnosed(
             stage=stages,
             on_progress=update,
         )
-    with simulators(database, cluster) as simulator_of:
+    with simulators(database, scheduler) as simulator_of:
         return diagnose(simulator_of, training, aside, kinds=kinds, options=options, stage=stages, on_progress=update)
 
 
@@ -206,7 +206,7 @@ def _pushed(
     training: Sequence["Recording"],
     calm: Sequence["Recording"],
     options: "Options",
-    cluster: str | None,
+    scheduler: str | None,
     stages: "Stages",
     update: Callable[[str, float], None],
 ) -> "Diagnosis":
@@ -218,7 +218,7 @@ def _pushed(
 
     if training[0].kind == "points":
         raise InputRefused("--calm looks for pushes over time; bench points have none")
-    with simulators(database, cluster) as simulator_of:
+    with simulators(database, scheduler) as simulator_of:
         window = options.window or WINDOW
         kinds = store.effect_kinds()
         return diagnose_pushes(simulator_of, training, calm, kinds=kinds, window=window, stage=stages, on_progress=update)

@@ -42,7 +42,7 @@ def run(
         list[Path] | None, typer.Option(help="Sheet of a trial of real recordings whose truth was logged apart, repeatable.")
     ] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time on this machine.", min=1)] = 2,
-    cluster: Annotated[str | None, typer.Option(help="Dask scheduler to spread trials over: tcp://HOST:8786.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler to spread trials over: tcp://HOST:8786.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Begin no trial after so long; the same command goes on later.")] = None,
     baselines: Annotated[bool, typer.Option(help="Ask SINDy, a Gaussian process and tuning of parameters, too.")] = True,
     as_json: Json = False,
@@ -77,7 +77,7 @@ def run(
     until = time.monotonic() + 60 * minutes if minutes is not None else float("inf")
     try:
         extent = replace(extent, machines=chosen)
-        done = prove(folder, beacon, extent, real=real or (), workers=workers, cluster=cluster, baselines=baselines, until=until)
+        done = prove(folder, beacon, extent, real=real or (), workers=workers, scheduler=scheduler, baselines=baselines, until=until)
     except KeyboardInterrupt:
         say("finished trials are kept; the same command goes on")
         raise

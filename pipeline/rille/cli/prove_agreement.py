@@ -1,6 +1,7 @@
 """How far generator and solver are apart with nothing concealed: the whole maneuver in one go, no noise."""
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,11 @@ DRAWS = 3  # machines with a maneuver each
 FINER = 0.1  # step of the solver, of the model's: what is compared is two descriptions, not two steps
 FIRST = 1_000_000  # number of the first: no trial has it
 ROUNDED = 12**-0.5  # 1 sigma of a value that is rounded, of its resolution
+
+
+def agreements(asked: Sequence[tuple[str, str, int]]) -> list[tuple[str, float]]:
+    """``agreement`` of several (beacon, machine, draw)."""
+    return [agreement(*one) for one in asked]
 
 
 def agreement(beacon: str, machine: str, draw: int) -> tuple[str, float]:

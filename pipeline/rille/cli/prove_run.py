@@ -1,17 +1,14 @@
 """Sealed trials from a beacon: made, sealed, answered in rooms, opened, scored. Every step is kept, and the same command goes on."""
 
 import json
+import math
 import shutil
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
-from multiprocessing import get_context
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +21,6 @@ if TYPE_CHECKING:
 
 LEDGER, VAULT, ROOMS, TRUTHS, AGREEMENT = "ledger.db", "vault.json", "rooms", "truths", "agreement.json"
 PRIVATE = 0o600
-PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 Files = Mapping[str, bytes]
 
@@ -36,7 +32,7 @@ def prove(
     *,
     real: Sequence[Path] = (),
     workers: int,
-    cluster: str | None,
+    scheduler: str | None,
     baselines: bool,
     until: float,
 ) -> bool:
@@ -59,16 +55,16 @@ def prove(
     trials += [RealTrial(number=n, sheet=sheet) for n, sheet in enumerate(real, start=len(trials))]
     _require_same(folder, beacon, extent, real)
     ledger = folder / LEDGER
-    with _opened_pool(workers, cluster) as pool:
-        if not ledger.exists():
-            if not _make(pool, folder, trials, until):
-                return False
-            _seal(folder, beacon, trials)
-        root = store.read_ledger(ledger).plan.root
-        say(f"sealed: Merkle root {root}")
-        if not _answer(pool, folder, until, baselines):
+    place = _Place(workers=workers, scheduler=scheduler, until=until)
+    if not ledger.exists():
+        if not _make(place, folder, trials):
             return False
-        _agree(pool, folder, beacon, extent.machines)
+        _seal(folder, beacon, trials)
+    root = store.read_ledger(ledger).plan.root
+    say(f"sealed: Merkle root {root}")
+    if not _answer(place, folder, baselines):
+        return False
+    _agree(place, folder, beacon, extent.machines)
     _open(folder)
     return True
 
@@ -93,61 +89,49 @@ def _require_same(folder: Path, beacon: str, extent: "Extent", real: Sequence[Pa
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Pool:
-    """Where trials are made and answered. size : how many at a time."""
+class _Place:
+    """Where trials are made and answered: so many processes, or the cluster of a Dask scheduler. Nothing is begun after ``until`` [s,
+    monotonic].
+    """
 
-    executor: Executor
-    size: int
+    workers: int
+    scheduler: str | None
+    until: float
 
+    def each(self, what: str, work: Any, items: Iterable[Any], count: int, finish: Callable[[Any], None], lost: Any) -> bool:
+        """Do all items, one at a time and worker. Whether all are done. lost : as of ``carry_out``."""
+        from rille.work import carry_out, opened_pool
 
-def _end_with_parent() -> None:
-    """Let this process end when the one that began it is killed, rather than work on for nobody (Linux)."""
-    import ctypes
-    import signal
+        begin = time.monotonic()
 
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        def tell(done: int) -> None:
+            left = (time.monotonic() - begin) / done * (count - done)
+            say(f"{what} {done} of {count}, about {left / 60:.0f} min left")
 
+        def keep(results: Sequence[Any]) -> None:
+            for result in results:
+                finish(result)
 
-@contextmanager
-def _opened_pool(workers: int, cluster: str | None) -> Iterator[_Pool]:
-    """Processes of this machine, or workers of a Dask cluster, which need no common disk."""
-    if cluster is None:
-        executor = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_end_with_parent)
-        try:
-            yield _Pool(executor=executor, size=workers)
-        finally:
-            executor.shutdown(wait=False, cancel_futures=True)
-        return
-    from rille.simulate.cluster import connected
-
-    with connected(cluster) as client:
-        yield _Pool(executor=client.get_executor(pure=False), size=sum(client.nthreads().values()))
-
-
-def _each(pool: _Pool, what: str, work: Sequence[Callable[[], Any]], finish: Callable[[Any], None], until: float) -> bool:
-    """Do all the work, as many at a time as there are workers, nothing new after ``until`` [s, monotonic]. Whether all is done."""
-    begin, count, waiting = time.monotonic(), 0, list(reversed(work))
-    running: set[Future] = set()
-    while waiting or running:
-        while waiting and len(running) < pool.size and time.monotonic() < until:
-            running.add(pool.executor.submit(waiting.pop()))
-        if not running:
+        if not count:
+            return True
+        if time.monotonic() >= self.until:
             return False
-        future = next(as_completed(running))
-        running.discard(future)
-        finish(future.result())
-        count += 1
-        left = (time.monotonic() - begin) / count * (len(work) - count)
-        say(f"{what} {count} of {len(work)}, about {left / 60:.0f} min left")
-    return True
+        with opened_pool(work, min(self.workers, count), self.scheduler) as pool:
+            return carry_out(pool, items, count, keep, lost=lost, tell=tell, ahead=1, until=self.until)
 
 
 # --- made
 
 
+def make_trials(trials: "Sequence[Trial | RealTrial]") -> list[tuple[int, Files, Mapping[str, Any]]]:
+    """Of each trial its number, its files and its truth. Runs on any worker."""
+    from rille.cli.prove_real import make_real_trial
+
+    return [make_real_trial(trial.number, trial.sheet) if isinstance(trial, RealTrial) else make_trial(trial) for trial in trials]
+
+
 def make_trial(trial: "Trial") -> tuple[int, dict[str, bytes], dict[str, Any]]:
-    """The files of a trial and its truth. Runs on any worker."""
+    """The files of a trial and its truth."""
     import tempfile
 
     from rille import store
@@ -180,15 +164,10 @@ class RealTrial:
     sheet: Path
 
 
-def _making(trial: "Trial | RealTrial") -> Callable[[], tuple[int, Files, Mapping[str, Any]]]:
-    """The work of making a trial."""
-    from rille.cli.prove_real import make_real_trial
-
-    return partial(make_real_trial, trial.number, trial.sheet) if isinstance(trial, RealTrial) else partial(make_trial, trial)
-
-
-def _make(pool: _Pool, folder: Path, trials: "Sequence[Trial | RealTrial]", until: float) -> bool:
+def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
     """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed."""
+    from rille.model import InputRefused
+
     truths = folder / TRUTHS
     truths.mkdir(mode=0o700, exist_ok=True)
 
@@ -204,8 +183,11 @@ def _make(pool: _Pool, folder: Path, trials: "Sequence[Trial | RealTrial]", unti
         part.write_text(json.dumps(truth), encoding="utf-8")
         part.rename(truths / f"{number:03d}.json")  # the last step: what has a truth is whole
 
-    waiting = [_making(trial) for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
-    return _each(pool, "made", waiting, keep, until)
+    def lost(trial: "Trial | RealTrial", why: str) -> Any:
+        raise InputRefused(f"trial {trial.number} could not be made: {why}; the same command tries it again")
+
+    waiting = [trial for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
+    return place.each("made", make_trials, waiting, len(waiting), keep, lost)
 
 
 # --- sealed
@@ -252,27 +234,45 @@ def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> N
 # --- answered
 
 
-def _answer(pool: _Pool, folder: Path, until: float, baselines: bool) -> bool:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Answering:
+    """Answers trials, given by number and files. secrets, baselines : as of ``answer_files``."""
+
+    secrets: tuple[str, ...]
+    baselines: bool
+
+    def __call__(self, given: "Sequence[tuple[int, Files]]") -> "list[Given]":
+        from rille.cli.prove_answering import answer_files
+
+        return [answer_files(number, files, self.secrets, self.baselines) for number, files in given]
+
+
+def _answer(place: _Place, folder: Path, baselines: bool) -> bool:
     """Answers of all trials into the ledger, one after the other as they come."""
     from rille import store
-    from rille.cli.prove_answering import answer_files
+    from rille.cli.prove_answering import Given
     from rille.proof.seal import answered, chain_start
 
     path = folder / LEDGER
     ledger = store.read_ledger(path)
     _show_that_the_truth_is_shut_away(folder, ledger)
     last = [ledger.answers[-1].chain if ledger.answers else chain_start(ledger.plan, ledger.trials)]
-    secrets = [str((folder / name).resolve()) for name in (VAULT, LEDGER)]
+    recordings = {trial.number: trial.recording for trial in ledger.trials}
 
-    def keep(given: "Given") -> None:
+    def keep(given: Given) -> None:
         answer = answered(last[0], given.trial, given.status, given.text, given.recording, given.seconds, given.begun, given.ended)
         store.add_answer(path, answer)
         last[0] = answer.chain
 
+    def lost(item: tuple[int, Files], why: str) -> Given:
+        now = time.time()
+        return Given(trial=item[0], status="crashed", text=why, recording=recordings[item[0]], seconds=0.0, begun=now, ended=now)
+
     have = {answer.trial for answer in ledger.answers}
-    rooms = {t.number: folder / ROOMS / f"{t.number:03d}" for t in ledger.trials if t.number not in have}
-    waiting = [partial(answer_files, number, _files(room), secrets, baselines) for number, room in rooms.items()]
-    return _each(pool, "answered", waiting, keep, until)
+    waiting = [number for number in recordings if number not in have]
+    items = ((number, _files(folder / ROOMS / f"{number:03d}")) for number in waiting)
+    work = _Answering(secrets=tuple(str((folder / name).resolve()) for name in (VAULT, LEDGER)), baselines=baselines)
+    return place.each("answered", work, items, len(waiting), keep, lost)
 
 
 def _files(room: Path) -> dict[str, bytes]:
@@ -301,16 +301,22 @@ def _show_that_the_truth_is_shut_away(folder: Path, ledger: "Ledger") -> None:
 # --- agreed, opened
 
 
-def _agree(pool: _Pool, folder: Path, beacon: str, machines: Sequence[str]) -> None:
+def _agree(place: _Place, folder: Path, beacon: str, machines: Sequence[str]) -> None:
     """How far generator and solver are apart with nothing concealed, into a file."""
-    from rille.cli.prove_agreement import DRAWS, agreement
+    from rille.cli.prove_agreement import DRAWS, agreements
+    from rille.model import InputRefused
 
     file = folder / AGREEMENT
     if file.exists():
         return
     found: dict[str, list[float]] = {}
-    work = [partial(agreement, beacon, machine, draw) for machine in machines for draw in range(DRAWS)]
-    _each(pool, "compared", work, lambda one: found.setdefault(one[0], []).append(one[1]), float("inf"))
+
+    def lost(item: tuple[str, str, int], why: str) -> Any:
+        raise InputRefused(f"generator and solver could not be compared ({item[1]}): {why}; the same command tries it again")
+
+    items = [(beacon, machine, draw) for machine in machines for draw in range(DRAWS)]
+    whole = replace(place, until=math.inf)
+    whole.each("compared", agreements, items, len(items), lambda one: found.setdefault(one[0], []).append(one[1]), lost)
     worst = {machine: max(values) for machine, values in sorted(found.items())}
     file.write_text(json.dumps(worst) + "\n", encoding="utf-8")
 

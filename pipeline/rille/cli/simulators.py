@@ -7,10 +7,10 @@ from typing import Any
 
 
 @contextmanager
-def simulators(database: Path, cluster: str | None) -> Iterator[Callable[[str], Any]]:
+def simulators(database: Path, scheduler: str | None) -> Iterator[Callable[[str], Any]]:
     """Of a scenario's name a fresh simulator of the database's model.
 
-    cluster : address of a Dask scheduler; None: all cores of this machine.
+    scheduler : address of a Dask scheduler; None: all cores of this machine.
 
     Raises
     ------
@@ -18,10 +18,11 @@ def simulators(database: Path, cluster: str | None) -> Iterator[Callable[[str], 
     """
     from rille import simulate
 
-    if cluster is None:
+    if scheduler is None:
         yield lambda scenario: simulate.Replayer(database, scenario or None)
         return
-    from rille.simulate.cluster import ClusterReplayer, connected
+    from rille.simulate.cluster import ClusterReplayer
+    from rille.work import connected
 
-    with connected(cluster) as client:
+    with connected(scheduler) as client:
         yield lambda scenario: ClusterReplayer(client, database, scenario or None)

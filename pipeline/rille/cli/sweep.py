@@ -143,8 +143,8 @@ def _difference(kept: "StudyPlan", asked: "StudyPlan") -> str:
 def _carry_out(path: Path, prepared: "Prepared", workers: int, scheduler: str | None, update: Any) -> None:
     """Run what is waiting."""
     from rille import store
-    from rille.simulate.workers import opened_pool
-    from rille.study import carry_out
+    from rille.model.study import lost_case
+    from rille.work import carry_out, opened_pool
 
     with store.study_held(path):
         waiting = store.waiting_cases(path)
@@ -168,7 +168,7 @@ def _carry_out(path: Path, prepared: "Prepared", workers: int, scheduler: str | 
 
         update(f"{before} of {total}", before / total)
         with opened_pool(prepared.work, min(workers, len(waiting)), scheduler) as pool:
-            carry_out(pool, prepared.ordered(waiting), keep, tell=tell)
+            carry_out(pool, prepared.ordered(waiting), len(waiting), keep, lost=lost_case, tell=tell)
         seconds = time.monotonic() - begin
         say(f"{len(waiting)} cases in {seconds:.1f} s ({len(waiting) / seconds:.1f} per second)")
 

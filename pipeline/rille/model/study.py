@@ -137,6 +137,11 @@ class CaseResult:
     seconds: float = 0.0
 
 
+def lost_case(case: Case, why: str) -> CaseResult:
+    """The row of a case that takes its worker along."""
+    return CaseResult(number=case.number, status="worker_died", reason=why)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyTable:
     """A study with what is known of its cases.

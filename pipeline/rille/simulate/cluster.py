@@ -6,8 +6,7 @@ Workers need rille in the same version. The database is sent to them once, so th
 import hashlib
 import math
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,14 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import Effect, InputRefused
+from rille.model import Effect
 from rille.model.recording import Channel, Recording
 from rille.simulate.prediction import Picks
 from rille.simulate.replay import Replayer
 
 Array = NDArray[np.float64]
 SHARES = 3  # pieces of work per worker: few enough to be cheap, enough that a slow worker holds up little
-PATIENCE = "10 s"  # for the scheduler to answer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,30 +31,6 @@ class Change:
     parameters: Mapping[str, float] = field(default_factory=dict)
     step: float | None = None
     integrator: str | None = None
-
-
-@contextmanager
-def connected(address: str) -> Iterator[Any]:
-    """A client of the Dask scheduler at an address like ``tcp://host:8786``.
-
-    Raises
-    ------
-    InputRefused : if Dask is not installed, or nobody answers, or there are no workers.
-    """
-    try:
-        from distributed import Client
-    except ImportError:
-        raise InputRefused("a cluster needs Dask, which is not installed here; `pip install 'rille[cluster]'`") from None
-    try:
-        client = Client(address, timeout=PATIENCE)
-    except (OSError, ValueError) as error:
-        raise InputRefused(
-            f"no Dask scheduler answers at '{address}' ({error}); start one with `dask scheduler` and name its address"
-        ) from None
-    with client:
-        if not client.nthreads():
-            raise InputRefused(f"the Dask scheduler at '{address}' has no workers; start some with `dask worker {address}`")
-        yield client
 
 
 class ClusterReplayer:

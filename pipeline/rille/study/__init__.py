@@ -1,10 +1,9 @@
-"""Studies: what varies, designs, carrying cases out, and what can be said of the outcomes.
+"""Studies: what varies, designs, and what can be said of the outcomes.
 
 Knows neither simulator nor database: cases are run by a function that it is given.
 """
 
 from rille.study.bands import bands
-from rille.study.carry_out import Pool, carry_out
 from rille.study.design import design_cases
 from rille.study.indices import indices
 from rille.study.names import Subject
@@ -13,11 +12,9 @@ from rille.study.sheet import StudySheet, read_study_sheet, study_of_options
 
 __all__ = [
     "Asked",
-    "Pool",
     "StudySheet",
     "Subject",
     "bands",
-    "carry_out",
     "design_cases",
     "indices",
     "plan_study",

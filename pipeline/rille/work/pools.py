@@ -1,4 +1,4 @@
-"""Where the cases of a study run: processes of this machine, or workers of a Dask cluster. Both know the work before the first case."""
+"""Where work is done: processes of this machine, or workers of a Dask cluster. Both know what to do before the first item."""
 
 import asyncio
 import os
@@ -8,24 +8,36 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import Any
+from time import perf_counter
+from typing import Any, Generic, TypeVar
 
 from rille.model import InputRefused
 from rille.model.process import end_with_parent
-from rille.model.study import Case, CaseResult
+from rille.work.cluster import connected
 
-Work = Callable[[Sequence[Case]], list[CaseResult]]
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+Work = Callable[[Sequence[Item]], list[Result]]
 
 _work: list[Work] = []  # of this process
 
 
-class LocalPool:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Batch(Generic[Result]):
+    """What came of a batch of items, and how long it took its worker [s]."""
+
+    results: list[Result]
+    seconds: float
+
+
+class LocalPool(Generic[Item, Result]):
     """Processes that end with this one, and leave Ctrl-C to it."""
 
     deaths: tuple[type[BaseException], ...] = (BrokenProcessPool,)
 
-    def __init__(self, work: Work, size: int) -> None:
+    def __init__(self, work: Work[Item, Result], size: int) -> None:
         self._work, self.size = pickle.dumps(work), size
         self._executor = self._started()
 
@@ -33,12 +45,12 @@ class LocalPool:
         given = (self._work, os.getpid())
         return ProcessPoolExecutor(self.size, mp_context=get_context("spawn"), initializer=_begin, initargs=given)
 
-    def submit(self, cases: Sequence[Case]) -> "Future[list[CaseResult]]":
+    def submit(self, items: Sequence[Item]) -> "Future[Batch[Result]]":
         """Begin a batch."""
         try:
-            return self._executor.submit(_do, cases)
+            return self._executor.submit(_do, items)
         except BrokenProcessPool as broken:  # it died between two batches
-            failed: Future[list[CaseResult]] = Future()
+            failed: Future[Batch[Result]] = Future()
             failed.set_exception(broken)
             return failed
 
@@ -63,14 +75,19 @@ def _begin(work: bytes, parent: int) -> None:
     _work[:] = [pickle.loads(work)]
 
 
-def _do(cases: Sequence[Case]) -> list[CaseResult]:
-    return _work[0](cases)
+def _do(items: Sequence[Any]) -> Batch[Any]:
+    return _apply(_work[0], items)
 
 
-class ClusterPool:
+def _apply(work: Work, items: Sequence[Any]) -> Batch[Any]:
+    begin = perf_counter()
+    return Batch(results=work(items), seconds=perf_counter() - begin)
+
+
+class ClusterPool(Generic[Item, Result]):
     """Workers of a Dask cluster. The work is sent to each of them once; Dask itself runs a batch again whose worker died."""
 
-    def __init__(self, client: Any, work: Work) -> None:
+    def __init__(self, client: Any, work: Work[Item, Result]) -> None:
         from distributed import KilledWorker
         from distributed.comm.core import CommClosedError
 
@@ -84,9 +101,9 @@ class ClusterPool:
         """Threads of all workers that are there now."""
         return max(1, sum(self._client.nthreads().values()))
 
-    def submit(self, cases: Sequence[Case]) -> "Future[list[CaseResult]]":
+    def submit(self, items: Sequence[Item]) -> "Future[Batch[Result]]":
         """Begin a batch."""
-        return self._executor.submit(_apply, self._work, tuple(cases))
+        return self._executor.submit(_apply, self._work, tuple(items))
 
     def revive(self) -> None:
         """Send the work again: it may be lost with the workers that held it.
@@ -104,13 +121,13 @@ class ClusterPool:
         self._work = self._client.scatter(self._given, broadcast=True, hash=False)
 
 
-def _apply(work: Work, cases: Sequence[Case]) -> list[CaseResult]:
-    return work(cases)
-
-
 @contextmanager
-def opened_pool(work: Work, workers: int, scheduler: str | None) -> Iterator[LocalPool | ClusterPool]:
-    """Processes of this machine, or the workers of the cluster at ``scheduler``, for as long as they are needed.
+def opened_pool(
+    work: Work[Item, Result], workers: int, scheduler: str | None
+) -> Iterator[LocalPool[Item, Result] | ClusterPool[Item, Result]]:
+    """Processes of this machine, or the workers of the cluster at ``scheduler`` (tcp://HOST:PORT), for as long as they are needed.
+
+    work : does a batch of items; it is pickled, as are items and results, so that no common disk is needed.
 
     Raises
     ------
@@ -123,7 +140,5 @@ def opened_pool(work: Work, workers: int, scheduler: str | None) -> Iterator[Loc
         finally:
             pool.close()
         return
-    from rille.simulate.cluster import connected
-
     with connected(scheduler) as client:
         yield ClusterPool(client, work)
