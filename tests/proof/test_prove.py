@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 
 from rille import store
+from rille.cli import prove_run
 from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, prove
 from rille.cli.prove_score import score_ledger
 from rille.model import InputRefused
+from rille.proof.seal import files_digest
 from rille.proof.trials import Extent
 
 RILLE = Path(sys.executable).parent / "rille"
@@ -116,6 +118,26 @@ def test_a_trial_can_be_made_again_to_look_at(proof, tmp_path):
     first = (proof / ROOMS / f"{number:03d}/training_1.toml").read_bytes()
     assert (folder / "training_1.toml").read_bytes() == first
     assert json.loads((folder / "truth.json").read_text())["pieces"] == []
+
+
+def test_rooms_that_are_gone_are_made_again(proof, tmp_path, monkeypatch):
+    """With ledger, vault and plan alone it goes on; files that are not those that were sealed are refused, and nothing is answered."""
+    held = store.read_ledger(proof / "ledger.db")
+    for name in ("plan.json", VAULT):
+        shutil.copy(proof / name, tmp_path)
+    store.create_ledger(tmp_path / "ledger.db", held.plan, held.trials)
+    store.add_answer(tmp_path / "ledger.db", held.answers[0])
+    assert not go_on(tmp_path, until=0.0)
+    monkeypatch.setattr(prove_run._Answering, "__call__", lambda _, given: pytest.fail(f"{given} was answered"))
+    monkeypatch.setattr("rille.proof.seal.files_digest", lambda room: "other")
+    with pytest.raises(InputRefused, match="not those that were sealed"):
+        go_on(tmp_path)
+    monkeypatch.undo()
+    assert go_on(tmp_path)
+    room = f"{held.answers[1].trial:03d}"
+    assert [file.name for file in (tmp_path / ROOMS).iterdir()] == [room]
+    assert files_digest(tmp_path / ROOMS / room) == next(t.recording for t in held.trials if t.number == held.answers[1].trial)
+    assert len(store.read_ledger(tmp_path / "ledger.db").scores) == 2
 
 
 def test_a_folder_of_another_beacon_is_refused(proof):

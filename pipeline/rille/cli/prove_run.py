@@ -62,7 +62,7 @@ def prove(
         _seal(folder, beacon, trials)
     root = store.read_ledger(ledger).plan.root
     say(f"sealed: Merkle root {root}")
-    if not _answer(place, folder, baselines):
+    if not _restore(place, folder, trials) or not _answer(place, folder, baselines):
         return False
     _agree(place, folder, beacon, extent.machines)
     _open(folder)
@@ -166,28 +166,33 @@ class RealTrial:
 
 def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
     """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed."""
-    from rille.model import InputRefused
-
     truths = folder / TRUTHS
     truths.mkdir(mode=0o700, exist_ok=True)
 
     def keep(found: tuple[int, Files, Mapping[str, Any]]) -> None:
         number, files, truth = found
-        room = folder / ROOMS / f"{number:03d}"
-        shutil.rmtree(room, ignore_errors=True)
-        room.mkdir(parents=True)
-        for name, content in files.items():
-            (room / name).write_bytes(content)
+        _furnish(folder / ROOMS / f"{number:03d}", files)
         part = truths / f"{number:03d}.part"
         part.touch(PRIVATE)
         part.write_text(json.dumps(truth), encoding="utf-8")
         part.rename(truths / f"{number:03d}.json")  # the last step: what has a truth is whole
 
-    def lost(trial: "Trial | RealTrial", why: str) -> Any:
-        raise InputRefused(f"trial {trial.number} could not be made: {why}; the same command tries it again")
-
     waiting = [trial for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
-    return place.each("made", make_trials, waiting, len(waiting), keep, lost)
+    return place.each("made", make_trials, waiting, len(waiting), keep, _not_made)
+
+
+def _not_made(trial: "Trial | RealTrial", why: str) -> Any:
+    from rille.model import InputRefused
+
+    raise InputRefused(f"trial {trial.number} could not be made: {why}; the same command tries it again")
+
+
+def _furnish(room: Path, files: Files) -> None:
+    """Files into a new room."""
+    shutil.rmtree(room, ignore_errors=True)
+    room.mkdir(parents=True)
+    for name, content in files.items():
+        (room / name).write_bytes(content)
 
 
 # --- sealed
@@ -232,6 +237,37 @@ def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> N
 
 
 # --- answered
+
+
+def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
+    """Rooms that are wanted and gone, made again. Ledger and vault are all that must be kept to go on: beacon or sheet make the rest, and
+    digests that were sealed show that it is the same.
+    """
+    from rille import store
+    from rille.model import InputRefused
+    from rille.proof.seal import files_digest
+
+    ledger = store.read_ledger(folder / LEDGER)
+    recordings = {trial.number: trial.recording for trial in ledger.trials}
+    have = {answer.trial for answer in ledger.answers}
+    rooms = {trial.number: folder / ROOMS / f"{trial.number:03d}" for trial in trials if trial.number not in have}
+    waiting = [trial for trial in trials if trial.number in rooms and not rooms[trial.number].exists()]
+
+    def keep(found: tuple[int, Files, Mapping[str, Any]]) -> None:
+        number, files, _ = found
+        part = folder / ROOMS / f"{number:03d}.part"
+        _furnish(part, files)
+        if files_digest(part) != recordings[number]:
+            shutil.rmtree(part)
+            raise InputRefused(
+                f"trial {number} was made again, and its files are not those that were sealed: this is another version of rille, or of its"
+                f" libraries; go on with {ledger.plan.version}, or begin anew with another -o"
+            )
+        part.rename(rooms[number])
+
+    if waiting:
+        say(f"{len(waiting)} rooms are gone; their trials are made again")
+    return place.each("made again", make_trials, waiting, len(waiting), keep, _not_made)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
