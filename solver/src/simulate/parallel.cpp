@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -10,11 +11,19 @@
 
 namespace rille {
 
+namespace {
+
+constexpr std::chrono::milliseconds ASKED{20};  // between two questions whether to go on
+
+}  // namespace
+
 bool parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& work, const std::function<bool()>& keep_going) {
-  std::atomic<std::size_t> next = 0, at_work = 0;
+  std::atomic<std::size_t> next = 0;
   std::atomic<bool> stop = false;
+  std::size_t at_work = 0;
   std::exception_ptr failure;
-  std::mutex lock;
+  std::mutex lock;  // of at_work and failure
+  std::condition_variable over;
   const auto take = [&] {
     try {
       for (std::size_t k = next++; k < count && !stop; k = next++) work(k);
@@ -23,18 +32,27 @@ bool parallel_for(std::size_t count, int threads, const std::function<void(std::
       if (!failure) failure = std::current_exception();
       stop = true;
     }
-    --at_work;
+    const std::lock_guard guard(lock);
+    if (--at_work == 0) over.notify_one();  // under the lock: the waiting thread may end `over` as soon as it has it
   };
   const std::size_t wanted = threads > 0 ? static_cast<std::size_t>(threads) : std::max(1U, std::thread::hardware_concurrency());
   const std::size_t n = std::min(wanted, count);
   std::vector<std::thread> pool;
   at_work = n;
+  if (n == 1 && !keep_going) {  // a thread of its own would only cost
+    take();
+    if (failure) std::rethrow_exception(failure);
+    return true;
+  }
   for (std::size_t t = 0; t < n; ++t) pool.emplace_back(take);
   bool called_off = false;
-  while (keep_going && at_work > 0 && !called_off) {
+  while (keep_going && !called_off) {
+    {
+      std::unique_lock guard(lock);
+      if (over.wait_for(guard, ASKED, [&] { return at_work == 0; })) break;
+    }
     called_off = !keep_going();
     if (called_off) stop = true;
-    else std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   for (std::thread& thread : pool) thread.join();
   if (failure) std::rethrow_exception(failure);
