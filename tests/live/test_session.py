@@ -61,6 +61,31 @@ def test_a_remote_session_replayed_from_its_log_gives_the_same_bytes(live):
             assert a[table] == b[table], (name, table)
 
 
+def test_who_steers_and_falls_silent_is_stopped(live):
+    """Steering that says how long it lasts ends then, but not where it is said again; what stopped the rover is kept as any command."""
+    rover = live.client()
+    rover.take()
+    rover.start()
+    for _ in range(5):
+        rover.steer(0.1, lasts=0.6)
+        time.sleep(0.2)
+        assert any(rover.status["set_values"])
+    wait(lambda: not any(rover.status["set_values"]), 3.0)
+    rover.steer(0.1)
+    time.sleep(0.8)
+    assert any(rover.status["set_values"])
+    rover.steer(0.2, lasts=0.1)
+    rover.drive("wheel_front_left", 0.5)
+    wait(lambda: not any(rover.status["set_values"]), 3.0)
+    with pytest.raises(InputRefused, match="malformed at 'lasts'"):
+        rover.steer(0.1, lasts=-1.0)
+    rover.pause()
+    run, scenario = rover.status["run_id"], rover.status["scenario"]
+    live.close()
+    a, b = numbers(live.path, run), numbers(live.path, repeat(live.path, scenario))
+    assert a["body_state"] == b["body_state"]
+
+
 def test_what_was_asked_is_in_the_log(live):
     rover, guest = live.client(), live.client("guest")
     rover.take()

@@ -25,6 +25,9 @@ class Fake:
         self.x, self.y, self.yaw, self.steer = -1.6, -0.4, 0.35, (0.0, 0.0)
         self.sockets: list[WebSocket] = []
         self.port = 0
+        self.set_values: list[float] = []
+        self.rejects: tuple[int, str] | None = None  # code and reason with which a connection is closed
+        self.connections = 0
 
     def of(self, kind: str) -> list[dict]:
         return [command for command in self.commands if command["kind"] == kind]
@@ -33,6 +36,7 @@ class Fake:
         return {
             "kind": "status", "state": self.state, "time": self.time, "speed": 1.0, "commander": self.commander, "asked_by": self.asked_by,
             "viewers": len(self.sockets), "scenario": "live-1", "run_id": 3, "outcome": "running", "message": "", "saves": ["before"],
+            "set_values": self.set_values,
         }  # fmt: skip
 
     def obey(self, command: dict) -> str:
@@ -133,7 +137,11 @@ def _app(fake: Fake) -> FastAPI:
     @app.websocket("/api/stream")
     async def _stream(viewer: WebSocket) -> None:
         await viewer.accept()
+        fake.connections += 1
         json.loads(await viewer.receive_text())
+        if fake.rejects is not None:
+            await viewer.close(*fake.rejects)
+            return
         fake.sockets.append(viewer)
         await fake.say(fake.status())
         try:

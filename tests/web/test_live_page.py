@@ -7,6 +7,7 @@ import pytest
 
 from browser import Tab, until
 from web.fake_server import Fake, served
+from web.made_scene import layout
 
 
 @pytest.fixture
@@ -99,6 +100,47 @@ def test_the_stick_and_the_sliders_drive(fake: Fake, live: Tab):
     }  # fmt: skip
 
 
+def test_sliders_show_what_drives_are_set_to(fake: Fake, live: Tab):
+    slider = live.page.locator("input[aria-label^='drive_rear_left']")
+    names = [drive["name"] for drive in layout()["drives"]]
+    fake.set_values = [0.01 * k for k in range(len(names))]
+    fake.set_values[names.index("drive_rear_left")] = -0.75
+    until(lambda: float(slider.input_value()) == pytest.approx(-0.75, abs=0.02), "the set value", 3)
+    assert live.page.locator("label.row", has=slider).locator("output").inner_text() == "−0.75 rad/s"
+    commanding(fake, live)
+    assert fake.of("drive") == []  # what is shown is not sent
+
+
+def test_a_gamepad_drives(fake: Fake, live: Tab):
+    """Left stick ahead, right stick to the left; near the middle it stands still."""
+    commanding(fake, live)
+    pad = "{connected: true, id: 'made <b>pad</b>', axes: [%s], buttons: []}"
+    show = "navigator.getGamepads = () => [null, " + pad + "]"
+    live.page.evaluate(show % "0, -1, -0.5, 0")
+    until(lambda: fake.of("steer") and fake.of("steer")[-1]["forward"] > 0.05 and fake.of("steer")[-1]["turn"] > 0.01, "driving")
+    assert "Gamepad: made <b>pad</b>" in live.page.locator("#pane-drive").inner_text()
+    live.page.evaluate(show % "0.1, 0.1, 0.05, 0")
+    until(lambda: fake.of("steer")[-1]["forward"] == 0 and fake.of("steer")[-1]["turn"] == 0, "the stop")
+    assert all(one["lasts"] == 1 for one in fake.of("steer"))
+
+
+def test_with_shift_the_rover_is_turned(fake: Fake, live: Tab):
+    commanding(fake, live)
+    before = fake.x, fake.y
+    x, y = live.page.evaluate("rille.onScreen('chassis')")
+    live.page.mouse.move(x, y)
+    live.page.mouse.down()
+    live.page.keyboard.down("Shift")
+    live.page.mouse.move(x + 120, y + 5, steps=4)
+    assert "°" in live.page.locator(".label.place").inner_text()
+    live.page.mouse.up()
+    live.page.keyboard.up("Shift")
+    until(lambda: fake.of("place"), "the new heading")
+    assert fake.of("place")[0]["heading"] is not None
+    assert np.hypot(fake.x - before[0], fake.y - before[1]) < 1e-3  # it turns on the spot
+    assert abs(fake.of("place")[0]["heading"] - 0.35) > 0.05
+
+
 def test_dragging_the_rover_places_it(fake: Fake, live: Tab):
     x, y = live.page.evaluate("rille.onScreen('chassis')")
     live.page.mouse.move(x, y)
@@ -188,6 +230,15 @@ def test_a_server_that_goes_is_told_and_found_again(fake: Fake, tab: Tab):
     with served(fake, port):
         until(lambda: tab.page.locator("#banner").is_hidden(), "the server again")
         until(lambda: tab.page.locator("#state").inner_text().lower() == "ready", "its status")
+
+
+def test_a_wrong_token_is_told_and_not_tried_again(fake: Fake, tab: Tab):
+    fake.rejects = 4401, "the token is missing or wrong"
+    with served(fake) as address:
+        tab.page.goto(address)
+        until(lambda: "the token is missing or wrong" in tab.page.locator("#banner").inner_text(), "the reason")
+        tab.page.wait_for_timeout(1500)
+        assert fake.connections == 1
 
 
 def test_a_live_page_without_its_server_says_what_to_do(tab: Tab, tmp_path):

@@ -27,8 +27,10 @@ class Acting:
         self._place: tuple[float, float, float] | None = None
         self._shown = 0.0  # real time at which the next frame is due
         self._rate = 1000.0  # steps per second of real time, as measured
+        self._lapses: tuple[float, str] | None = None  # real time at which steering ends, and who steers
         self.scenario, self.run_id, self.time = "", 0, 0.0
         self.saves: tuple[str, ...] = tuple(stage.saves())
+        self.set_values: tuple[float, ...] = ()  # of the drives, as last noted: other threads ask for them
         self._open = False
 
     # ------------------------------------------------------------------ runs
@@ -36,6 +38,7 @@ class Acting:
     def open(self, opened: Opened) -> None:
         """Go on with this run."""
         self.run, self.scenario, self.run_id = opened.run, opened.scenario, opened.run.id
+        self._lapses = None
         self._open = True
         session = self._session
         session.state, session.message, session.outcome = "ready", "", "running"
@@ -112,11 +115,12 @@ class Acting:
                 self._end("done")
             case Drive(drive=drive, value=value):
                 self.run.command(drive, value)
-            case Steer(forward=forward, turn=turn):
+            case Steer(forward=forward, turn=turn, lasts=lasts):
                 if not self._stage.wheels:
                     return "the model has no driven wheels to steer; set its drives one by one"
                 for drive, value in set_values(self._stage.wheels, forward, turn).items():
                     self.run.command(drive, value)
+                self._lapses = None if lasts is None or not (forward or turn) else (clock.perf_counter() + lasts, request.sender)
             case Set(quantity=quantity, target=target, values=values):
                 self.run.change(quantity, target, values)
             case Save(name=name):
@@ -142,8 +146,15 @@ class Acting:
         self._place = (request.x, request.y, heading)
         return ""
 
+    def lapsed(self) -> str | None:
+        """Who has steered and not said for too long that it should go on; asked again it is nobody."""
+        if self._lapses is None or clock.perf_counter() < self._lapses[0]:
+            return None
+        return self._lapses[1]
+
     def halt(self) -> None:
         """Set every driven wheel to zero."""
+        self._lapses = None
         if self._session.state != "ended":
             for wheel in self._stage.wheels:
                 self.run.command(wheel.drive, 0.0)
@@ -203,6 +214,11 @@ class Acting:
         for time, kind, subject, message in self.run.events():
             self._session.listeners.event(time, kind, subject, message)
 
+    def note(self) -> None:
+        """Keep what other threads may ask for."""
+        if self._open:
+            self.set_values = tuple(self.run.simulation.set_values())
+
     # ------------------------------------------------------------------ pictures
 
     def picture(self) -> bytes:
@@ -214,4 +230,5 @@ class Acting:
         now = clock.perf_counter()
         if now >= self._shown:
             self._shown = max(self._shown + interval, now)
+            self.note()
             self._session.show()

@@ -170,9 +170,11 @@ class Client:
         """Set value of a drive [rad/s, rad or N m]."""
         self.ask("drive", time=time, drive=drive, value=value)
 
-    def steer(self, forward: float, turn: float = 0.0, time: float | None = None) -> None:
-        """Forward speed [m/s] and turn rate [rad/s, to the left]."""
-        self.ask("steer", time=time, forward=forward, turn=turn)
+    def steer(self, forward: float, turn: float = 0.0, time: float | None = None, lasts: float | None = None) -> None:
+        """Forward speed [m/s] and turn rate [rad/s, to the left]; the rover stands ``lasts`` [s of real time] later unless it is steered
+        again (None: it drives on).
+        """
+        self.ask("steer", time=time, forward=forward, turn=turn, lasts=lasts)
 
     def set(self, quantity: str, target: str, values: Sequence[float], time: float | None = None) -> None:
         """Put a joint or the root elsewhere [SI, in W]."""

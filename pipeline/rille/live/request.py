@@ -99,11 +99,15 @@ class Drive(Request):
 
 
 class Steer(Request):
-    """Drive the rover: forward speed [m/s] and turn rate [rad/s, to the left]; wheels and steering follow from its geometry."""
+    """Drive the rover: forward speed [m/s] and turn rate [rad/s, to the left]; wheels and steering follow from its geometry.
+
+    lasts : [s] of real time after which the rover stands unless it is steered again: who hangs, does not drive on. None: for ever.
+    """
 
     kind: Literal["steer"]
     forward: Finite
     turn: Finite = 0.0
+    lasts: Annotated[float, Field(gt=0, le=3600)] | None = None
 
 
 class Set(Request):

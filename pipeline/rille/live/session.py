@@ -29,7 +29,9 @@ MOST_REFUSALS_LOGGED = 1000  # of one session: a flood of nonsense must not fill
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Status:
-    """How the session stands. time [s] simulated; speed: simulated per real time; outcome: as of a run, ``running`` before its end."""
+    """How the session stands. time [s] simulated; speed: simulated per real time; outcome: as of a run, ``running`` before its end.
+    set_values: of the drives [rad/s, rad or N m].
+    """
 
     state: State
     time: float
@@ -41,6 +43,7 @@ class Status:
     outcome: str
     message: str
     saves: tuple[str, ...]
+    set_values: tuple[float, ...]
 
 
 @dataclass(slots=True)
@@ -124,6 +127,7 @@ class Session:
             outcome=self.outcome,
             message=self.message,
             saves=self._acting.saves,
+            set_values=self._acting.set_values,
         )
 
     def commander_left(self, sender: str) -> None:
@@ -237,6 +241,10 @@ class Session:
                 self.tell("request_refused", request.sender, refused)
         if self.state != "running":
             return
+        if lapsed := self._acting.lapsed():
+            self._acting.halt()
+            self.tell("steering_lapsed", lapsed, f"'{lapsed}' steered and then said nothing more; the rover was told to stand")
+            self.news()
         due = self._acting.steps_due(self._anchor, self.speed, LONGEST_CHUNK)
         if self._later:
             due = min(due, max(1, round((self._later[0][0] - now) / self.stage.step)))
@@ -272,6 +280,7 @@ class Session:
 
     def news(self) -> None:
         """Tell how the session stands."""
+        self._acting.note()
         self.listeners.status(self.status())
 
     def tell(self, kind: str, subject: str, message: str) -> None:

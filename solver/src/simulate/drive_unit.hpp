@@ -30,6 +30,7 @@ class DriveUnit {
     mean_set_value_ += share * (value - set_value_);
     set_value_ = value;
   }
+  double command() const { return line_.gain != 0 ? set_value_ / line_.gain : 0; }
   bool is_set_to(double command) const { return line_.gain * command == set_value_; }
   // The motor angle starts where the joint stands.
   void start(double position);

@@ -145,6 +145,15 @@ std::optional<Command> Simulation::command(int drive, double value) {
   return made;
 }
 
+std::vector<double> Simulation::set_values() const {
+  std::vector<double> values;
+  for (const DriveUnit& drive : drives_) values.push_back(drive.command());
+  const auto& commands = model_->scenario.commands;
+  const double soon = static_cast<double>(std::max({steps_, first_free_step_, 1LL})) * model_->scenario.step;
+  for (std::size_t k = next_command_; k < commands.size() && commands[k].time <= soon; ++k) values[at(commands[k].drive)] = commands[k].value;
+  return values;
+}
+
 StateChange Simulation::change(StateChange change) {
   require_change(model_->rover, mechanism_.held_by_world(), change);
   const long long step = std::max(steps_, first_free_step_);

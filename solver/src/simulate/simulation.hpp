@@ -58,6 +58,7 @@ class Simulation {
   // run of it repeats this one bit by bit, and returned as they are kept there. Raise InputRefused for what cannot be.
   std::optional<Command> command(int drive, double value);  // none: the drive is set to that already
   StateChange change(StateChange change);
+  std::vector<double> set_values() const;  // of the drives [rad/s, rad or N m], as of the next step
   // What is steered from now on comes after this instant, whose state was kept.
   void close_instant() { first_free_step_ = steps_ + 1; }
   // The quantity of the vocabulary as of now; see quantity.hpp.

@@ -2,11 +2,12 @@
 import { byId, clamp, element, short, spoken, typing } from "./util.js";
 
 const STEER_EVERY = 80; // [ms] between steering commands
+const LASTS = 1; // [s] that the server lets the rover drive on after the last of them: a page that hangs must not
 const HELD = { ArrowUp: [1, 0], w: [1, 0], ArrowDown: [-1, 0], s: [-1, 0], ArrowLeft: [0, 1], a: [0, 1], ArrowRight: [0, -1], d: [0, -1] };
 
 export class Drive {
   constructor(place, layout, live) {
-    Object.assign(this, { live, held: new Set(), stick: null, sent: [0, 0], last: 0, fastest: fastestOf(layout) });
+    Object.assign(this, { live, held: new Set(), sliders: [], stick: null, sent: [0, 0], last: 0, fastest: fastestOf(layout) });
     const wide = widthOf(layout);
     this.mostTurn = Math.min(1.5, this.fastest / wide);
     this.#build(place, layout);
@@ -61,7 +62,12 @@ export class Drive {
     const send = () => { waiting = null; this.live.ask("drive", { drive: drive.name, value: Number(input.value) }); };
     input.addEventListener("input", () => { output.textContent = `${short(Number(input.value), 2)} ${unit}`; waiting ??= setTimeout(send, STEER_EVERY); });
     const zero = element("button", { type: "button", class: "quiet", title: "to zero", "aria-label": `${drive.name} to zero`, text: "0", on: { click: () => { input.value = "0"; input.dispatchEvent(new Event("input")); } } });
+    this.sliders.push({ touched: () => waiting !== null || document.activeElement === input && input.matches(":active"), show: value => { input.value = String(value); output.textContent = `${short(value, 2)} ${unit}`; } });
     return element("label", { class: "row" }, element("span", { text: spoken(drive.name), title: drive.mode }), input, output, zero);
+  }
+
+  show(values) { // what the drives are set to, whoever set them
+    this.sliders.forEach((slider, k) => { if (k < values.length && !slider.touched()) slider.show(values[k]); });
   }
 
   allow(yes, why) { this.fields.disabled = !yes; this.hint.textContent = why; this.hint.hidden = !why; }
@@ -90,7 +96,7 @@ export class Drive {
     if (!still && now - this.last < STEER_EVERY - 5 && !same && (this.sent[0] || this.sent[1])) return; // the rate is limited; stopping is not
     this.sent = aim; this.last = now;
     this.told.textContent = still ? "" : `${short(aim[0], 2)} m/s · ${short(aim[1], 2)} rad/s`;
-    this.live.ask("steer", { forward: aim[0], turn: aim[1] });
+    this.live.ask("steer", { forward: aim[0], turn: aim[1], lasts: LASTS });
   }
 }
 

@@ -140,6 +140,7 @@ export class Live {
     const names = status.saves ?? [], key = names.join("\n");
     if (key !== this.savesKey) { this.savesKey = key; this.saves.replaceChildren(...names.map(name => element("option", { value: name, text: name }))); }
     this.saves.hidden = this.loadButton.hidden = !names.length;
+    this.drive.show(status.set_values ?? []);
     this.drive.allow(mine, mine ? "" : "Take the command, then drive.");
     byId("place-hint").hidden = !(mine && this.placeable);
   }
