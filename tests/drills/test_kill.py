@@ -1,5 +1,6 @@
 """kill -9 at random moments: nothing that was committed is lost, the database is sound, and the same command completes what was begun."""
 
+import json
 import os
 import signal
 import subprocess
@@ -118,3 +119,47 @@ def test_a_terrain_is_killed_while_it_is_built_and_has_the_same_heights(reposito
     done = rille("terrain", "build", scene, "-o", tmp_path / "killed/dem.npy", "--force")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "killed/dem.npy").read_bytes() == (tmp_path / "whole/dem.npy").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def puzzle(tmp_path_factory):
+    """A database with a pendulum and recordings of one that has a law more, as sealed trials are made."""
+    pytest.importorskip("mujoco", reason="sealed trials need MuJoCo: pip install 'rille[proof]'")
+    from rille.cli.prove_run import make_trial
+    from rille.proof.trials import Trial
+
+    folder = tmp_path_factory.mktemp("puzzle")
+    _, files, _ = make_trial(Trial(number=3, sort="one", machine="pendulum", strength=5.0, beacon="killed"))
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    done = rille("import", *sorted(folder.glob("*.toml")), "-o", folder / "model.db")
+    assert done.returncode == 0, done.stderr
+    return folder / "model.db"
+
+
+def answer(text):
+    """What a diagnosis says, without the file's name, its own, and how long it took."""
+    return {key: value for key, value in json.loads(text).items() if key not in ("model", "finding", "seconds")}
+
+
+def test_a_diagnosis_is_killed_and_goes_on_to_the_same_answer(puzzle, tmp_path, monkeypatch):
+    """Killed once in each third of the time that it takes; nothing but whole findings is in the database."""
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")  # sums in another order are other last digits
+    words = ["--held-out", "held_out", "--only", "coulomb_friction", "--only", "viscous_friction", "--json"]
+    path, whole = tmp_path / "model.db", tmp_path / "whole.db"
+    for copy in (path, whole):
+        copy.write_bytes(puzzle.read_bytes())
+    monkeypatch.setenv("RILLE_CACHE", str(tmp_path / "cache_whole"))
+    begin = time.monotonic()
+    expected = rille("diagnose", whole, *words)
+    took = time.monotonic() - begin
+    assert expected.returncode == 0, expected.stderr
+    monkeypatch.setenv("RILLE_CACHE", str(tmp_path / "cache_killed"))
+    for share in np.random.default_rng(8).uniform((0.1, 0.4, 0.7), (0.4, 0.7, 1.0)):
+        kill(share * took, "diagnose", path, *words)
+        sound(path)
+        assert all(finding.sentence for finding in store.read_findings(path))
+    done = rille("diagnose", path, *words)
+    assert done.returncode == 0, done.stderr
+    assert answer(done.stdout) == answer(expected.stdout)
+    assert any((tmp_path / "cache_killed").rglob("*.pickle"))

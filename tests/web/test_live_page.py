@@ -106,7 +106,7 @@ def test_sliders_show_what_drives_are_set_to(fake: Fake, live: Tab):
     fake.set_values = [0.01 * k for k in range(len(names))]
     fake.set_values[names.index("drive_rear_left")] = -0.75
     until(lambda: float(slider.input_value()) == pytest.approx(-0.75, abs=0.02), "the set value", 3)
-    assert live.page.locator("label.row", has=slider).locator("output").inner_text() == "−0.75 rad/s"
+    assert live.page.locator("label.row", has=slider).locator("output").inner_text() == "\u22120.75 rad/s"
     commanding(fake, live)
     assert fake.of("drive") == []  # what is shown is not sent
 
