@@ -3,11 +3,13 @@
 Usage: python benchmark/sweep/bench.py [--cases 1000] [--workers 2] [--seconds 1]
 
 So many short drives of the example rover on flat soft ground, by local processes and by a local Dask cluster of as many workers of one
-thread. Busy: processor time of all workers over workers times the time from the first case to the last; says how much of the machine others
-had (load before). Run it on a machine that does nothing else.
+thread. Busy: processor time of the workers over workers times real time, both from the first results that are stored to the last look at
+which cases were waiting; whole: the same of the whole program, its start and the statistics at its end included, workers and all. Says how
+much of the machine others had (load before). Run it on a machine that does nothing else.
 """
 
 import argparse
+import contextlib
 import json
 import os
 import platform
@@ -16,12 +18,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
 from distributed import LocalCluster
+
+from rille import store
+from rille.model import InputRefused
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 RILLE = str(Path(sys.executable).parent / "rille")
+LOOK = 1.0  # [s] between looks at a sweep: looking costs, too
 SHEET = """
 name = "bench"
 model = "rover.db"
@@ -65,11 +73,36 @@ def children() -> float:
     return spent.ru_utime + spent.ru_stime
 
 
-def swept(sheet: Path, output: Path, *options: str) -> tuple[float, float]:
-    """Wall time and processor time of one sweep [s], program start included."""
+@dataclass
+class Swept:
+    """Wall time and processor time [s] of one sweep, program start included; busy: share of the workers' time, NaN of a cluster."""
+
+    seconds: float
+    processor: float
+    busy: float
+
+
+def swept(sheet: Path, output: Path, workers: int, *options: str) -> Swept:
+    """Run a sweep and look at its workers meanwhile."""
     before, began = children(), time.perf_counter()
-    subprocess.run([RILLE, "sweep", str(sheet), "-o", str(output), *options], check=True, capture_output=True)
-    return time.perf_counter() - began, children() - before
+    process = subprocess.Popen(
+        [RILLE, "sweep", str(sheet), "-o", str(output), *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    seen: list[tuple[float, float]] = []  # real time, processor time of the workers [s], while cases are done and others wait
+    while process.poll() is None:
+        time.sleep(LOOK)
+        with contextlib.suppress(InputRefused, psutil.NoSuchProcess):
+            waiting = len(store.waiting_cases(output))
+            if 0 < waiting < len(store.read_study(output).status):
+                times = [child.cpu_times() for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
+                seen.append((time.perf_counter(), sum(t.user + t.system for t in times)))
+    if process.returncode:
+        raise SystemExit(f"the sweep ended with {process.returncode}")
+    took = time.perf_counter() - began
+    busy = float("nan")
+    if len(seen) > 1 and seen[-1][1] > seen[0][1]:
+        busy = (seen[-1][1] - seen[0][1]) / (workers * (seen[-1][0] - seen[0][0]))
+    return Swept(took, children() - before, busy)
 
 
 def main() -> None:
@@ -83,18 +116,19 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         sheet = study(folder, options.cases, options.seconds)
-        local, spent = swept(sheet, folder / "local.db", "--workers", str(options.workers))
+        local = swept(sheet, folder / "local.db", options.workers, "--workers", str(options.workers))
         with LocalCluster(n_workers=options.workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
-            dask, _ = swept(sheet, folder / "dask.db", "--scheduler", cluster.scheduler_address)
+            dask = swept(sheet, folder / "dask.db", options.workers, "--scheduler", cluster.scheduler_address)
     found = {
         "machine": platform.processor() or platform.machine(),
         "load_before": load,
         "cases": options.cases,
         "simulated_s": options.seconds,
-        "local_s": local,
-        "busy": spent / (options.workers * local),
-        "dask_s": dask,
-        "dask_over_local": dask / local,
+        "local_s": local.seconds,
+        "busy": local.busy,
+        "whole": local.processor / (options.workers * local.seconds),
+        "dask_s": dask.seconds,
+        "dask_over_local": dask.seconds / local.seconds,
     }
     print(json.dumps(found, indent=1))
 

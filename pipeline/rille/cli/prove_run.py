@@ -60,6 +60,7 @@ def prove(
         if not _make(place, folder, trials):
             return False
         _seal(folder, beacon, trials)
+    shutil.rmtree(folder / TRUTHS, ignore_errors=True)  # they are in the vault
     root = store.read_ledger(ledger).plan.root
     say(f"sealed: Merkle root {root}")
     if not _restore(place, folder, trials) or not _answer(place, folder, baselines):
@@ -233,7 +234,6 @@ def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> N
         for truth in truths
     ]
     store.create_ledger(folder / LEDGER, plan, sealed)
-    shutil.rmtree(folder / TRUTHS, ignore_errors=True)
 
 
 # --- answered
