@@ -139,3 +139,73 @@ def test_a_condition_that_raises_is_a_hook_that_failed(path, tmp_path):
     assert "line 3" in said[0]
     assert "no quantity known here" in said[0]
     assert issubclass(InputRefused, ValueError)
+
+
+def hooks_of(tmp_path, text, said):
+    file = tmp_path / "h.py"
+    file.write_text("from rille.live import at, every, on_event, when\n" + text)
+    return live.read_hooks(file, 1e-3, said.append)
+
+
+def test_a_hook_that_would_end_the_program_does_not(path, tmp_path):
+    said = []
+    run = simulate.steered_run(path, "s")
+    run.begin()
+    hooks = hooks_of(tmp_path, "import sys\n@at(0.01)\ndef f(run): sys.exit(3)\n", said)
+    assert hooks.advance(run, 100, live.Steering(run=run, wheels=(), say=said.append)) == "running"
+    assert "SystemExit: 3" in said[0]
+    (tmp_path / "e.py").write_text("import sys\nsys.exit()\n")
+    with pytest.raises(InputRefused, match="failed in line 2"):
+        live.read_hooks(tmp_path / "e.py", 1e-3, said.append)
+
+
+def test_what_a_saved_run_did_is_not_done_again(path, tmp_path):
+    """A run that goes on from 0.3 s: what was at 0.2 s is over, what is at 0.4 s is to come."""
+    said = []
+    run = simulate.steered_run(path, "s")
+    run.begin()
+    hooks = hooks_of(tmp_path, "@at(0.2)\ndef early(run): run.say('early')\n@at(0.4)\ndef late(run): run.say('late')\n", said)
+    hooks.begin(0.3)
+    run.advance(300)
+    hooks.advance(run, 200, live.Steering(run=run, wheels=(), say=said.append))
+    assert said == ["late"]
+
+
+@pytest.mark.parametrize("step", [1e-3, 4e-3, 2e-2])
+def test_a_condition_holds_for_its_time_whatever_the_step(make_model, tmp_path, step):
+    """It holds from the start; 0.1 s after the first look the hook is called, give or take a look."""
+    rover = cart(5.0, 0.15, 0.165)
+    scenario = Scenario(name="s", duration=2, step=step, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=0)
+    path = make_model(rover, scenario, plane(0.05))
+    said = []
+    run = simulate.steered_run(path, "s", step=step)
+    run.begin()
+    file = tmp_path / "h.py"
+    file.write_text("from rille.live import when\n@when(lambda run: True, hold=0.1)\ndef f(run): run.say(run.time)\n")
+    hooks = live.read_hooks(file, step, said.append)
+    hooks.advance(run, round(0.5 / step), live.Steering(run=run, wheels=(), say=said.append))
+    look = max(1, round(0.01 / step)) * step
+    assert said == [pytest.approx(0.1 + look, abs=look + 1e-9)]
+
+
+def test_a_state_set_before_another_that_is_planned_keeps_both(make_model, tmp_path):
+    """The planned one has four numbers, the other one: the scenario holds each whole, and repeats the run."""
+    from rille.model import StateChange
+
+    rover = cart(5.0, 0.15, 0.165)
+    turn = StateChange(time=0.5, quantity="part.orientation", target=rover.bodies[0].name, values=(1.0, 0.0, 0.0, 0.0))
+    scenario = Scenario(
+        name="s", duration=1, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, changes=(turn,)
+    )
+    path = make_model(rover, scenario, plane(0.05))
+    file = tmp_path / "h.py"
+    joint = rover.joints[0].name
+    file.write_text(f"from rille.live import at\n@at(0.1)\ndef f(run): run.set('joint.velocity', '{joint}', [0.5])\n")
+    first = rille("run", path, "--hooks", file, "--json")
+    assert first.returncode == 0, first.stderr
+    changes = store.read_scenario(path, "s-hooks-1").changes
+    assert [(c.quantity, len(c.values)) for c in changes] == [("joint.velocity", 1), ("part.orientation", 4)]
+    again = rille("run", path, "--scenario", "s-hooks-1", "--json")
+    assert again.returncode == 0, again.stderr
+    a, b = (numbers(path, json.loads(done.stdout)["run_id"]) for done in (first, again))
+    assert a["body_state"] == b["body_state"]

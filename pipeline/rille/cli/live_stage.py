@@ -52,11 +52,17 @@ def live_stage(database: Path, base: Scenario, rover: Rover, origin: tuple[float
             begun = replace(base, start=Pose(position=(x, y, base.start.position[2]), rotation=rotation))
         return opened(store.write_steered(database, begun, STEM))
 
+    def fits(state: store.SavedState) -> bool:
+        """Whether it is a state of the world that this session shows."""
+        kept = store.read_scenario(database, state.scenario)
+        same = (kept.terrain, kept.placement, kept.gravity) == (base.terrain, base.placement, base.gravity)
+        return same and math.isclose(state.step, base.step, rel_tol=1e-9)
+
     return live.Stage(
         fresh=fresh,
         loaded=lambda saved: opened(store.write_continued(database, saved, STEM), saved),
         discard=lambda name: store.remove_unused(database, name),
-        saves=lambda: [state.name for state in store.saved_states(database)],
+        saves=lambda: [state.name for state in store.saved_states(database) if fits(state)],
         step=base.step,
         wheels=live.driven_wheels(rover),
         origin=origin,
@@ -87,6 +93,11 @@ def objects_of(rover: Rover) -> list[dict[str, Any]]:
         add("joint.position", joint.name, "rad" if hinge else "m", [""], True)
         add("joint.velocity", joint.name, "rad/s" if hinge else "m/s", [""], True)
         add("joint.effort", joint.name, "N m" if hinge else "N", [""])
+    for drive in rover.drives:
+        if drive.torque_constant is not None:
+            add("motor.current", drive.name, "A", [""])
+            if drive.resistance is not None:
+                add("motor.voltage", drive.name, "V", [""])
     for wheel in rover.wheels:
         for quantity, unit in (
             *(("slip_ratio", "-"), ("slip_angle", "rad"), ("sinkage", "m"), ("normal_load", "N")),

@@ -14,6 +14,7 @@ from rille.cli.talk import Json, print_json, say
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 SHORTEST_TOKEN = 16
+BACKLOG = 128
 REACH = 25.0  # [m] of ground around the start that is shown in full
 
 
@@ -103,6 +104,7 @@ def _serve(app: Any, host: str, port: int, needs_token: bool, open_page: bool, a
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
+        listening.listen(BACKLOG)  # who reads the address and comes before the server is up waits
     except OSError as error:
         raise InputRefused(f"{host}:{port} cannot be listened on: {error.strerror}; choose another --port, 0 for any") from None
     port = listening.getsockname()[1]

@@ -1,7 +1,9 @@
 """What requests do to the run of a session."""
 
+import contextlib
 import json
 import time as clock
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rille.live.driving import set_values
@@ -31,7 +33,7 @@ class Acting:
         self.scenario, self.run_id, self.time = "", 0, 0.0
         self.saves: tuple[str, ...] = tuple(stage.saves())
         self.set_values: tuple[float, ...] = ()  # of the drives, as last noted: other threads ask for them
-        self._open = False
+        self.is_open = False
 
     # ------------------------------------------------------------------ runs
 
@@ -39,14 +41,15 @@ class Acting:
         """Go on with this run."""
         self.run, self.scenario, self.run_id = opened.run, opened.scenario, opened.run.id
         self._lapses = None
-        self._open = True
+        self.is_open = True
         session = self._session
         session.state, session.message, session.outcome = "ready", "", "running"
         if session.hooks is not None:
-            session.hooks.begin()
+            session.hooks.begin(self.run.simulation.time)
         outcome = self.run.begin()
         self.time = self.run.simulation.time
-        self._hear()
+        if session.hooks is None or outcome != "running":
+            self._hear()  # else hooks hear of it first
         if outcome != "running":
             self._end(outcome)
         elif self.time > 0:
@@ -54,50 +57,67 @@ class Acting:
 
     def close(self) -> None:
         """End the run; one that was never run is forgotten."""
-        if not self._open:
+        if not self.is_open:
             return
-        self._open = False
-        unused = self.run.simulation.time == 0 and self._session.state != "ended"
+        self.is_open = False
+        unused = self.run.steps_taken == 0 and self._session.state != "ended"
         self.run.finish("done")
         del self.run
         if unused:
             self._stage.discard(self.scenario)
 
+    def give_up(self) -> None:
+        """Leave the run, complete if it can be."""
+        with contextlib.suppress(Exception):
+            self.close()
+
+    def flush(self) -> None:
+        """Let others write into the database while nothing goes on."""
+        if self.is_open:
+            self.run.flush()
+
     def _end(self, outcome: str) -> None:
         session = self._session
+        session.forget_later()
         self.run.finish(outcome, self._hooks_sentence())
         session.state, session.outcome, session.message = "ended", outcome, self.run.message
-        session.forget_later()
         session.news()
         session.show()
 
     def _hooks_sentence(self) -> str:
         return (self._session.hooks.stopped or "") if self._session.hooks is not None else ""
 
-    def _begin_anew(self, opened: Opened) -> None:
-        self.open(opened)
+    def _change(self, open_other: Callable[[], Opened]) -> None:
+        """End this run and go on with another, if that can be opened; else raise InputRefused, and nothing has happened."""
+        self.flush()
+        opened = open_other()
         self._session.forget_later()
+        self.close()
+        self.open(opened)
 
     # ------------------------------------------------------------------ requests
 
-    def do(self, request: Request) -> str:
-        """Do what is asked, and return why it was refused, or nothing."""
+    def do(self, request: Request, log: Callable[[], None]) -> str:
+        """Do what is asked, and return why it was refused, or nothing. log : writes it into the log, before the run that it ends."""
         try:
-            return self._done(request)
+            return self._done(request, log)
         except InputRefused as refusal:
             return str(refusal)
 
-    def _done(self, request: Request) -> str:
+    def _done(self, request: Request, log: Callable[[], None]) -> str:
         session = self._session
+
+        def logged(opened: Opened) -> Opened:
+            log()
+            return opened
+
         match request:
             case Reset():
-                self.close()
-                self._begin_anew(self._stage.fresh(self._place))
+                self._change(lambda: logged(self._stage.fresh(self._place)))
             case Load(name=name):
                 if name not in self.saves:
-                    return f"no state was saved as '{name}'"
-                self.close()
-                self._begin_anew(self._stage.loaded(name))
+                    return f"no state was saved as '{name}' on this ground, with this gravity and step"
+                self._change(lambda: logged(self._stage.loaded(name)))
             case Speed(factor=factor):
                 session.speed = factor
                 session.anchor()
@@ -112,6 +132,7 @@ class Acting:
             case Step(count=count):
                 session.run_on(count)
             case Stop():
+                log()
                 self._end("done")
             case Drive(drive=drive, value=value):
                 self.run.command(drive, value)
@@ -127,7 +148,7 @@ class Acting:
                 if len(self.saves) >= MOST_SAVES and name not in self.saves:
                     return f"the database holds {MOST_SAVES} saved states; save under a name that is there, or use another database"
                 self.run.save(name)
-                self.saves = tuple(sorted({*self.saves, name}))
+                self.saved(name)
         return ""
 
     def _placed(self, request: Place) -> str:
@@ -137,17 +158,27 @@ class Acting:
             return "this scenario does not set the model on the ground; give it a terrain and a start on it"
         before = self._place
         heading = request.heading if request.heading is not None else before[2] if before is not None else float("nan")
-        self.close()
-        try:
-            self._begin_anew(self._stage.fresh((request.x, request.y, heading)))
-        except InputRefused as refusal:
-            self._begin_anew(self._stage.fresh(before))
-            return str(refusal)
-        self._place = (request.x, request.y, heading)
+        place = request.x, request.y, heading
+        self._change(lambda: self._stage.fresh(place))
+        if self._session.state == "ended":  # it does not come to rest there
+            why = f"the rover cannot stand at x = {request.x:.3f} m, y = {request.y:.3f} m: {self._session.message}"
+            self._change(lambda: self._stage.fresh(before))
+            return why
+        self._place = place
         return ""
 
+    def saved(self, name: str) -> None:
+        """A state was kept."""
+        self.saves = tuple(sorted({*self.saves, name}))
+
+    def asked(self, question: Callable[[Any], Any]) -> Any:
+        """The answer of the simulation. Raises InputRefused where there is none any more."""
+        if not self.is_open:
+            raise InputRefused("the session has no run any more")
+        return question(self.run.simulation)
+
     def lapsed(self) -> str | None:
-        """Who has steered and not said for too long that it should go on; asked again it is nobody."""
+        """Who has steered and not said for too long that it should go on."""
         if self._lapses is None or clock.perf_counter() < self._lapses[0]:
             return None
         return self._lapses[1]
@@ -161,7 +192,7 @@ class Acting:
 
     def log(self, received: str, request: Request | Malformed, refused: str, text: Any) -> None:
         """A line of the run's log."""
-        if not self._open or self._session.state == "ended":
+        if not self.is_open or self._session.state == "ended":
             return
         if isinstance(request, Request):
             self.run.log(received, request.sender, request.sequence, request.model_dump_json(), refused)
@@ -208,6 +239,7 @@ class Acting:
             wheels=self._stage.wheels,
             say=lambda sentence: self._session.tell("hook", "", sentence),
             heard=self._session.listeners.event,
+            saved=self.saved,
         )
 
     def _hear(self) -> None:
@@ -216,7 +248,7 @@ class Acting:
 
     def note(self) -> None:
         """Keep what other threads may ask for."""
-        if self._open:
+        if self.is_open:
             self.set_values = tuple(self.run.simulation.set_values())
 
     # ------------------------------------------------------------------ pictures

@@ -3,8 +3,10 @@
 import contextlib
 import itertools
 import json
+import queue
 import struct
 import threading
+import time as clock
 import urllib.error
 import urllib.parse
 import urllib.request
@@ -41,11 +43,12 @@ class Client:
     ) -> None:
         """Raises InputRefused if nobody answers or the token is wrong."""
         self._address, self._token, self.sender = address.split("#")[0].rstrip("/"), token, sender
-        self._numbers = itertools.count(1)
+        self._numbers = itertools.count(clock.time_ns() // 1_000_000)  # above those of an earlier client of this name
         self._answers: dict[int, dict[str, Any]] = {}
         self._came = threading.Condition()
-        self._on_event = on_event
         self._closed: str | None = None
+        self._tells = on_event is not None
+        self._happened: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()  # for on_event, which may ask in turn
         self.status: dict[str, Any] = {}
         self.events: deque[dict[str, Any]] = deque(maxlen=1000)
         self.time = 0.0  # [s] of the newest frame
@@ -60,9 +63,12 @@ class Client:
         self._socket.send(json.dumps({"kind": "hello", "sender": sender, "token": token}))
         self._listener = threading.Thread(target=self._listen, name="rille-client", daemon=True)
         self._listener.start()
+        if on_event is not None:
+            threading.Thread(target=self._tell, args=(on_event,), name="rille-client-events", daemon=True).start()
         with self._came:
             self._came.wait_for(lambda: self.status or self._closed is not None, PATIENCE)
         if self._closed is not None or not self.status:
+            self.close()
             raise InputRefused(f"'{address}' does not let '{sender}' in: {self._closed or 'no answer'}")
 
     def __enter__(self) -> Self:
@@ -78,14 +84,22 @@ class Client:
         self._listener.join(PATIENCE)
 
     def _listen(self) -> None:
+        why = "the connection broke"
         try:
             for message in self._socket:
                 self._hear(message)
-            self._closed = self._socket.close_reason or "the connection was closed"
+            why = self._socket.close_reason or "the connection was closed"
         except ConnectionClosed as closed:
-            self._closed = closed.rcvd.reason if closed.rcvd is not None else "the connection broke"
-        with self._came:
-            self._came.notify_all()
+            why = closed.rcvd.reason if closed.rcvd is not None else why
+        finally:
+            with self._came:
+                self._closed = why
+                self._came.notify_all()
+            self._happened.put(None)
+
+    def _tell(self, on_event: Callable[[dict[str, Any]], None]) -> None:
+        while (event := self._happened.get()) is not None:
+            on_event(event)
 
     def _hear(self, message: str | bytes) -> None:
         if isinstance(message, bytes):
@@ -102,8 +116,8 @@ class Client:
             elif told["kind"] == "answer" and told["sequence"] is not None:
                 self._answers[told["sequence"]] = told
             self._came.notify_all()
-        if told["kind"] == "event" and self._on_event is not None:
-            self._on_event(told)
+        if told["kind"] == "event" and self._tells:
+            self._happened.put(told)
 
     # ------------------------------------------------------------------ to ask
 
@@ -145,10 +159,17 @@ class Client:
         self.ask("pause")
 
     def step(self, count: int = 1) -> None:
-        """Take so many steps, and wait until they are taken."""
+        """Take so many steps, and wait until they are taken, or the run has ended. Raises InputRefused if the session goes meanwhile."""
         before = self.ask("step", count=count)["time"]
+
+        def over() -> bool:
+            state = self.status["state"]
+            return self._closed is not None or state == "ended" or (state != "running" and self.status["time"] > before)
+
         with self._came:
-            self._came.wait_for(lambda: self.status["state"] != "running" and self.status["time"] > before, None)
+            self._came.wait_for(over)
+        if self._closed is not None:
+            raise InputRefused(f"the session at '{self._address}' is gone: {self._closed}")
 
     def reset(self) -> None:
         """End this run and begin another."""

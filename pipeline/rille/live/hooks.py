@@ -84,6 +84,7 @@ class Steering:
     wheels: Sequence[DrivenWheel]
     say: Callable[[str], None]
     heard: Callable[[float, str, str, str], None] = lambda time, kind, subject, message: None
+    saved: Callable[[str], None] = lambda name: None
 
     @property
     def time(self) -> float:
@@ -99,7 +100,9 @@ class Steering:
         self.run.command(drive, value)
 
     def steer(self, forward: float, turn: float = 0.0) -> None:
-        """Forward speed [m/s] and turn rate [rad/s, to the left] of the rover."""
+        """Forward speed [m/s] and turn rate [rad/s, to the left] of the rover. Raises InputRefused if it has no driven wheels."""
+        if not self.wheels:
+            raise InputRefused("the model has no driven wheels to steer; set its drives one by one")
         for drive, value in set_values(self.wheels, forward, turn).items():
             self.run.command(drive, value)
 
@@ -110,6 +113,7 @@ class Steering:
     def save(self, name: str) -> None:
         """Keep the present state under a name."""
         self.run.save(name)
+        self.saved(name)
 
     def stop(self, sentence: str = "") -> None:
         """End the run here."""
@@ -139,6 +143,7 @@ class Hooks:
     path: Path
     step: float
     report: Callable[[str], None]
+    told: Callable[[str], None] = lambda sentence: None  # of those that fail, besides
     hooks: list[_Hook] = field(default_factory=list)
     stopped: str | None = None  # the sentence of a hook that ended the run
 
@@ -157,11 +162,13 @@ class Hooks:
                 return outcome
         return "running"
 
-    def begin(self) -> None:
-        """Another run begins: nothing was called yet."""
+    def begin(self, time: float = 0.0) -> None:
+        """Another run begins, at a time [s]: what was due up to then has been called in the run that it goes on from."""
         self.stopped = None
+        now = round(time / self.step)
         for hook in self.hooks:
-            hook.calls, hook.held, hook.fired = 0, 0, False
+            done = hook.mark.kind == "at" and now > 0 and round(hook.mark.time / self.step) <= now
+            hook.calls, hook.held, hook.fired = int(done), 0, False
 
     def _next(self, now: int) -> int:
         """The next step at which something may be due."""
@@ -204,12 +211,12 @@ class Hooks:
         assert mark.condition is not None
         try:
             holds = bool(mark.condition(steering))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._failed(hook, error)
             return []
         hook.held = hook.held + 1 if holds else 0
         hook.fired = hook.fired and holds
-        if holds and not hook.fired and (hook.held - 1) * LOOK >= mark.hold - 1e-9:
+        if holds and not hook.fired and (hook.held - 1) * stride * self.step >= mark.hold - 1e-9:
             hook.fired = True
             return [()]
         return []
@@ -220,14 +227,16 @@ class Hooks:
             hook.function(steering, *arguments)
         except _StopRun as stop:
             self.stopped = str(stop) or f"hook '{hook.name}' ended the run at t = {run.simulation.time:.3f} s"
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # also a hook that would end the program does not lose the run
             self._failed(hook, error)
 
-    def _failed(self, hook: _Hook, error: Exception) -> None:
+    def _failed(self, hook: _Hook, error: BaseException) -> None:
         hook.off = True
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(self.path)]
         line = lines[-1] if lines else hook.line
-        self.report(f"hook '{hook.name}' failed in line {line} of '{self.path}': {type(error).__name__}: {error}; it is not called again")
+        sentence = f"hook '{hook.name}' failed in line {line} of '{self.path}': {type(error).__name__}: {error}; it is not called again"
+        self.report(sentence)
+        self.told(sentence)
 
 
 def read_hooks(path: Path, step: float, report: Callable[[str], None]) -> Hooks:
@@ -248,7 +257,7 @@ def read_hooks(path: Path, step: float, report: Callable[[str], None]) -> Hooks:
         raise
     except SyntaxError as error:
         raise InputRefused(f"'{path}' is no Python in line {error.lineno}: {error.msg}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
         raise InputRefused(f"'{path}' failed in line {lines[-1] if lines else '?'}: {type(error).__name__}: {error}") from None
     finally:

@@ -35,6 +35,7 @@ class Hub:
         self._loop = asyncio.get_running_loop()
         self._numbers = itertools.count(1)
         self._waking = False
+        session.bridge.connected = lambda: {viewer.sender for viewer in list(self.viewers)}
         session.listeners.frame = self._on_frame
         session.listeners.status = lambda status: self._later(self._on_status, status)
         session.listeners.event = lambda time, kind, subject, message: self._later(self._on_event, time, kind, subject, message)

@@ -91,7 +91,7 @@ class Place(Request):
 
 
 class Drive(Request):
-    """Set value of a drive [rad/s, rad or N m, by its mode]."""
+    """Set value of a drive, by its mode [rad/s, rad or N m; of a prismatic joint m/s, m or N]."""
 
     kind: Literal["drive"]
     drive: Name

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import json
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -63,6 +64,8 @@ def make_app(session: Session, show: Show, *, token: str | None = None, hosts: f
 
     @app.exception_handler(RequestValidationError)
     async def malformed(request: Request, error: RequestValidationError) -> Response:
+        with contextlib.suppress(TypeError, ValueError):
+            session.ask(json.dumps(error.body))  # so that it is in the log as those of the WebSocket are
         return JSONResponse({"accepted": False, "sentence": complaint(list(error.errors()))}, 422)
 
     @app.exception_handler(InputRefused)
@@ -128,7 +131,7 @@ async def _stream(socket: WebSocket, hub: Hub, token: str | None) -> None:
             if message["type"] == "websocket.disconnect":
                 break
             text = message.get("text")
-            answer = await asyncio.wrap_future(hub.session.ask(text if text is not None else message.get("bytes") or b""))
+            answer = await asyncio.wrap_future(hub.session.ask(text if text is not None else message.get("bytes") or b"", sender))
             viewer.texts.append(answer.model_dump_json())
             viewer.woken.set()
     except (WebSocketDisconnect, RuntimeError):

@@ -24,6 +24,7 @@ from rille.live.stage import Stage
 State = Literal["ready", "running", "paused", "ended"]
 FRAME = 1 / 60  # [s] of real time between frames
 LONGEST_CHUNK = 0.005  # [s] of real time between looks at the queue, about
+MOST_AT_ONCE = 64  # requests between two looks at the time: a flood of them does not hold it up
 MOST_REFUSALS_LOGGED = 1000  # of one session: a flood of nonsense must not fill the disk
 
 
@@ -57,9 +58,12 @@ class Listeners:
 
 @dataclass(slots=True)
 class _Asked:
+    """sender : whose connection it came by; None: by none that is known."""
+
     text: str | bytes | Request
     received: str
-    answer: Future = field(default_factory=Future)
+    sender: str | None
+    answer: "Future[Answer]" = field(default_factory=Future)
 
 
 class Session:
@@ -68,6 +72,8 @@ class Session:
     def __init__(self, stage: Stage, hooks: Hooks | None = None) -> None:
         self.stage, self.listeners, self.bridge = stage, Listeners(), Bridge()
         self.hooks = hooks
+        if hooks is not None:
+            hooks.told = lambda sentence: self.tell("hook_failed", "", sentence)
         self._asked: queue.SimpleQueue[_Asked | Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="rille-live", daemon=True)
         self._later: list[tuple[float, int, _Asked, Request]] = []  # by simulated time
@@ -95,9 +101,11 @@ class Session:
 
         self._asked.put(again)
 
-    def ask(self, request: str | bytes | Request) -> "Future[Answer]":
-        """Put a request, as JSON or as a value; the answer comes when it was done, kept for later, or refused."""
-        asked = _Asked(request, _now())
+    def ask(self, request: str | bytes | Request, sender: str | None = None) -> "Future[Answer]":
+        """Put a request, as JSON or as a value; the answer comes when it was done, kept for later, or refused. sender : whose connection it
+        came by, which cannot speak for others.
+        """
+        asked = _Asked(request, _now(), sender)
         self._asked.put(asked)
         return asked.answer
 
@@ -106,8 +114,10 @@ class Session:
         answer: Future[Any] = Future()
 
         def put() -> None:
+            if not answer.set_running_or_notify_cancel():
+                return
             try:
-                answer.set_result(question(self._acting.run.simulation))
+                answer.set_result(self._acting.asked(question))
             except Exception as error:
                 answer.set_exception(error)
 
@@ -134,6 +144,9 @@ class Session:
         """The connection of a sender is gone: if it commanded, the rover is stopped and the command is free."""
 
         def let_go() -> None:
+            if self.bridge.asked_by == sender:
+                self.bridge.asked_by = None
+                self.news()
             if self.bridge.commander != sender:
                 return
             self.bridge.commander = None
@@ -158,44 +171,61 @@ class Session:
             self.news()
             self.show()
             while self._listen():
-                if self.state == "running":
+                if self.state == "running" and self._acting.pace_in(self._anchor, self.speed) <= 0:
                     self._go_on()
+            self._acting.close()
         except BaseException as error:
             self._failed = error
             self.state, self.outcome, self.message = "ended", "failed", f"the session failed: {error}"
+            self._acting.give_up()
             self.news()
-        finally:
-            self._acting.close()
+            self._refuse_all()
+
+    def _refuse_all(self) -> None:
+        """Answer that the session has failed, until it is closed: nobody waits for ever."""
+        while (asked := self._asked.get()) is not None:
+            if not isinstance(asked, _Asked):
+                asked()
+                continue
+            request = asked.text if isinstance(asked.text, Request) else read_request(asked.text)
+            self._reply(asked, request, self.message, self._acting.time)
 
     def _listen(self) -> bool:
         """Do what was asked; without anything to simulate wait for it. False: the end."""
         wait = self._acting.pace_in(self._anchor, self.speed) if self.state == "running" else None
+        if wait is None and self._asked.empty():
+            self._acting.flush()
         try:
             asked = self._asked.get(timeout=wait) if wait is None or wait > 0 else self._asked.get_nowait()
         except queue.Empty:
             return True
-        while True:
+        for left in reversed(range(MOST_AT_ONCE)):
             if asked is None:
                 return False
             self._answer(asked) if isinstance(asked, _Asked) else asked()
-            try:
-                asked = self._asked.get_nowait()
-            except queue.Empty:
-                return True
+            if not left or self._asked.empty():
+                break
+            asked = self._asked.get()
+        return True
 
     def _answer(self, asked: _Asked) -> None:
         request = asked.text if isinstance(asked.text, Request) else read_request(asked.text)
-        refused = request.sentence if isinstance(request, Malformed) else self._judge(request)
+        refused = request.sentence if isinstance(request, Malformed) else self._judge(request, asked.sender)
         if not refused and isinstance(request, Request):
             if request.time is not None and request.time > self._acting.time + 0.5 * self.stage.step:
                 heapq.heappush(self._later, (request.time, next(self._numbers), asked, request))
                 self._reply(asked, request, "", request.time)
                 return
-            refused = self._do(request)
-        self._log(asked, request, refused)
+            refused = self._do(asked, request)
+        else:
+            self._log(asked, request, refused)
         self._reply(asked, request, refused, self._acting.time)
 
-    def _judge(self, request: Request) -> str:
+    def _judge(self, request: Request, sender: str | None) -> str:
+        if sender not in (None, request.sender):
+            return f"this connection is '{sender}', not '{request.sender}'; speak in your own name"
+        if sender is None and request.sender in self.bridge.connected():
+            return f"'{request.sender}' has a connection of its own; ask by it, or under another name"
         if refused := self.bridge.out_of_order(request.sender, request.sequence):
             return refused
         now = self._acting.time
@@ -203,6 +233,8 @@ class Session:
             return (
                 f"request {request.sequence} of '{request.sender}' is for t = {request.time:.3f} s, and it is {now:.3f} s already: too late"
             )
+        if isinstance(request, Take | Release | HandOver) and request.time is not None:
+            return f"'{request.kind}' acts at once; leave out its time"
         if isinstance(request, Take):
             return self.bridge.take(request.sender)
         if isinstance(request, Release):
@@ -211,15 +243,24 @@ class Session:
             return self.bridge.hand_over(request.sender, request.to)
         return self.bridge.not_yours(request.sender)
 
-    def _do(self, request: Request) -> str:
-        refused = self._acting.do(request)
+    def _do(self, asked: _Asked, request: Request) -> str:
+        """Do it and log it, before the run that it ends. Returns why not, or nothing."""
+        line = [request]
+
+        def log(refused: str = "") -> None:
+            if line:
+                self._log(asked, line.pop(), refused)
+
+        refused = self._acting.do(request, log)
+        log(refused)
         self.news()
         if self.state != "running":
             self.show()
         return refused
 
     def _reply(self, asked: _Asked, request: Request | Malformed, refused: str, time: float) -> None:
-        asked.answer.set_result(Answer(sequence=request.sequence, accepted=not refused, time=time, sentence=refused))
+        if asked.answer.set_running_or_notify_cancel():  # who asked may be gone
+            asked.answer.set_result(Answer(sequence=request.sequence, accepted=not refused, time=time, sentence=refused))
         if refused:
             self.news()
 
@@ -235,8 +276,11 @@ class Session:
         now = self._acting.time
         while self._later and self._later[0][0] <= now + 0.5 * self.stage.step:
             _, _, asked, request = heapq.heappop(self._later)
-            refused = self._do(request)
-            self._log(asked, request, refused)
+            refused = self.bridge.not_yours(request.sender)
+            if refused:
+                self._log(asked, request, refused)
+            else:
+                refused = self._do(asked, request)
             if refused:
                 self.tell("request_refused", request.sender, refused)
         if self.state != "running":
@@ -275,7 +319,11 @@ class Session:
         self.show()
 
     def forget_later(self) -> None:
-        """Requests for a later time are of a run that is over."""
+        """Requests for a later time are of a run that ends."""
+        for _, _, asked, request in sorted(self._later):
+            refused = f"the run ended before t = {request.time:.3f} s"
+            self._log(asked, request, refused)
+            self.tell("request_refused", request.sender, refused)
         self._later.clear()
 
     def news(self) -> None:
@@ -289,6 +337,8 @@ class Session:
 
     def show(self) -> None:
         """Hand out a frame."""
+        if not self._acting.is_open:
+            return
         self.listeners.frame(self._acting.time, self._acting.picture())
 
 

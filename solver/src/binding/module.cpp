@@ -306,6 +306,11 @@ std::vector<std::string> names(const Items& items) {
   return result;
 }
 
+void refuse(const std::string& sentence) {
+  nb::object type = nb::module_::import_("rille.model").attr("InputRefused");
+  PyErr_SetString(type.ptr(), sentence.c_str());
+}
+
 }  // namespace
 
 NB_MODULE(_solver, module) {
@@ -315,8 +320,9 @@ NB_MODULE(_solver, module) {
     try {
       std::rethrow_exception(pointer);
     } catch (const rille::InputRefused& error) {
-      nb::object type = nb::module_::import_("rille.model").attr("InputRefused");
-      PyErr_SetString(type.ptr(), error.what());
+      refuse(error.what());
+    } catch (const SQLite::Exception& error) {
+      refuse(fmt::format("the database could not be read or written: {}; what was committed is readable", error.what()));
     }
   });
 
@@ -737,14 +743,16 @@ NB_MODULE(_solver, module) {
            "outcome"_a = "done", "message"_a = "", "Write what remains; an interrupted run can be resumed. Nothing follows.")
       .def("command", [](RecordedRun& r, const std::string& drive, double value) {
              r.command(rille::find_named(r.simulation().model().rover.drives, drive, "the command is for drive"), value);
-           }, "drive"_a, "value"_a, "As of Simulation, written into the scenario.")
+           }, "drive"_a, "value"_a, nb::call_guard<nb::gil_scoped_release>(), "As of Simulation, written into the scenario.")
       .def("change", [](RecordedRun& r, const std::string& quantity, const std::string& target, const std::vector<double>& values) {
              r.change({0, quantity, target, values});
-           }, "quantity"_a, "target"_a, "values"_a, "As of Simulation, written into the scenario.")
+           }, "quantity"_a, "target"_a, "values"_a, nb::call_guard<nb::gil_scoped_release>(), "As of Simulation, written into the scenario.")
       .def("log", [](RecordedRun& r, const std::string& received, const std::string& sender, const std::optional<std::int64_t>& sequence,
                      const std::string& request, const std::string& refused) { r.log({received, sender, sequence, request, refused}); },
-           "received"_a, "sender"_a, "sequence"_a, "request"_a, "refused"_a = "", "A line of table command_log.")
-      .def("save", &RecordedRun::save, "name"_a, "Keep the present state under a name; Run(saved=name) goes on from it.")
+           "received"_a, "sender"_a, "sequence"_a, "request"_a, "refused"_a = "", nb::call_guard<nb::gil_scoped_release>(), "A line of table command_log.")
+      .def("flush", &RecordedRun::flush, nb::call_guard<nb::gil_scoped_release>(),
+           "Write what is not written yet, so that others can write into the database while nothing goes on.")
+      .def("save", &RecordedRun::save, "name"_a, nb::call_guard<nb::gil_scoped_release>(), "Keep the present state under a name; Run(saved=name) goes on from it.")
       .def("events", [](RecordedRun& r) {
              nb::list list;
              for (const auto& e : r.tell()) list.append(nb::make_tuple(e.time, e.kind, e.subject, e.message));

@@ -175,7 +175,11 @@ void Recorder::add(const Command& command) {
 
 void Recorder::add(std::size_t number, const StateChange& change) {
   begin();
-  SQLite::Statement row(database_, "INSERT OR REPLACE INTO state_change (scenario_id, number, component, time, quantity, target, value) "
+  SQLite::Statement before(database_, "DELETE FROM state_change WHERE scenario_id = ? AND number = ?");  // it may have more components
+  before.bind(1, model_.scenario.id);
+  before.bind(2, static_cast<std::int64_t>(number));
+  before.exec();
+  SQLite::Statement row(database_, "INSERT INTO state_change (scenario_id, number, component, time, quantity, target, value) "
                                    "VALUES (?, ?, ?, ?, ?, ?, ?)");
   for (std::size_t k = 0; k < change.values.size(); ++k) {
     row.reset();

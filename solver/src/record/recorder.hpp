@@ -48,6 +48,9 @@ class Recorder {
   // State of the solver after so many steps, in place of the run's last one.
   void add_checkpoint(long long step, const std::string& model_digest, const std::string& state);
   void drop_checkpoint();
+  // Opens a transaction unless one is open: from now on nobody else can write.
+  void begin();
+  bool is_open() const { return open_; }
   // Commits what is pending and the time reached; called by itself every `kChunk` snapshots.
   void commit(Outcome outcome, const std::string& message);
 
@@ -57,7 +60,6 @@ class Recorder {
   static constexpr int kChunk = 200;  // snapshots per transaction
 
   Recorder(SQLite::Database& database, const Model& model);
-  void begin();
 
   SQLite::Database& database_;
   const Model& model_;

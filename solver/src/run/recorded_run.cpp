@@ -82,7 +82,7 @@ RecordedRun::RecordedRun(const RunOptions& options)
   require_step(scenario.step);
   if (!(scenario.duration > 0 && std::isfinite(scenario.duration)))
     throw InputRefused(fmt::format("duration is {:g} s; it must be above 0", scenario.duration));
-  if (scenario.duration / scenario.step > 1e12)
+  if (!options.endless && scenario.duration / scenario.step > 1e12)
     throw InputRefused(fmt::format("duration is {:g} s, more than 1e12 steps of {:g} s; shorten it", scenario.duration, scenario.step));
   scenario.output_interval = std::max(scenario.output_interval, scenario.step);
   duration_ = scenario.duration;
@@ -169,7 +169,14 @@ Outcome RecordedRun::advance(long long most, const Asked& interrupted, bool to_e
   return simulation_->steps() >= n_steps_ ? Outcome::done : Outcome::running;
 }
 
+void RecordedRun::flush() {
+  if (!ended_ && recorder_->is_open()) commit();
+}
+
+// What is steered is done after the database is ours to write: what was done and not kept could not be repeated.
+
 void RecordedRun::command(int drive, double value) {
+  recorder_->begin();
   if (const auto made = simulation_->command(drive, value)) {
     recorder_->add(*made);
     steered_ = true;
@@ -177,6 +184,7 @@ void RecordedRun::command(int drive, double value) {
 }
 
 void RecordedRun::change(StateChange change) {
+  recorder_->begin();
   const StateChange made = simulation_->change(std::move(change));
   const auto& all = simulation_->model().scenario.changes;
   // What the scenario itself changes later keeps its place behind it.

@@ -45,6 +45,8 @@ class RecordedRun {
   void change(StateChange change);
   void log(const LogLine& line) { recorder_->add(simulation_->time(), line); }
   void save(const std::string& name);
+  // Writes what is not written yet, so that others can write into the database, too, while nothing goes on.
+  void flush();
   // Events that were not told yet.
   std::vector<Event> tell();
 
