@@ -1,6 +1,7 @@
 -- A study of `rille sweep`: its design, and what came of every case; one SQLite file of its own.
 --
--- The design is written before the first case is run; a finished case is one transaction with its outcomes. Numbers are SI, angles radians;
+-- The design is written before the first case is run; a finished case is one transaction with its outcomes. While cases wait, SQLite may keep
+-- a log beside the file (-wal, -shm); once all are done it is one file again. Numbers are SI, angles radians;
 -- of a factor or an outcome in the unit that its row names. View `result` has one row per case, a column per factor and per outcome.
 
 PRAGMA application_id = 1380537172;  -- "RIST"

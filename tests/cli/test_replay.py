@@ -2,8 +2,10 @@
 
 import json
 import signal
+import sqlite3
 import subprocess
 import time
+from dataclasses import replace
 
 import imageio_ffmpeg
 import numpy as np
@@ -13,6 +15,8 @@ from PIL import Image
 from command import RILLE, assert_refused, rille
 from effect_rigs import EARTH
 from machines import cart, plane
+from rille import store
+from rille.cli.replay import _latest
 from rille.model import Command, Scenario
 
 
@@ -59,6 +63,53 @@ def test_a_film_shows_the_other_run_as_a_ghost_and_an_animation_tells_that_it_do
     assert json.loads(done.stdout)["notes"] == ["'a.glb' holds run 1 alone: run 2 is in pages, films and stills"]
     first, second = (np.asarray(Image.open(p).convert("RGB"), dtype=int) for p in (alone, both))
     assert 0 < (np.abs(first - second).max(axis=2) > 8).mean() < 0.5  # something is there besides, and not everywhere
+
+
+def test_a_run_on_other_ground_or_under_other_gravity_is_told(path, tmp_path):
+    """It is drawn in the world of the run that is shown; a run of the same world is shown without a word."""
+    store.write_terrain(path, replace(plane(0.0), name="flat"))
+    for name, terrain, gravity in (("as before", "plane", EARTH), ("moon", "flat", 1.62)):
+        scenario = Scenario(name=name, duration=0.1, gravity=(0, 0, -gravity), terrain=terrain, placement="on_terrain", settle_time=2)
+        store.write_scenario(path, scenario)
+        assert rille("run", path, "--scenario", name).returncode == 0
+    notes = {}
+    for other in ("2", "3"):
+        done = rille("replay", path, "--run", "1", "--against", other, "-o", tmp_path / "p.html", "--json")
+        assert done.returncode == 0, done.stderr
+        notes[other] = json.loads(done.stdout)["notes"]
+        assert all(note in done.stderr for note in notes[other])
+    assert notes == {
+        "2": [],
+        "3": [
+            "run 3 was on terrain 'flat'; it is shown on that of run 1, terrain 'plane'",
+            "run 3 was under a gravity of 1.62 m/s^2; run 1 under 9.80665 m/s^2",
+        ],
+    }
+
+
+def test_a_run_that_ended_where_it_began_has_a_still_picture_and_no_film(path, tmp_path):
+    with sqlite3.connect(path) as connection:
+        for table in ("body_state", "joint_state", "wheel_state", "energy_state"):
+            connection.execute(f"DELETE FROM {table} WHERE time > 0")
+    still = tmp_path / "s.png"
+    done = rille("replay", path, "-o", still, "--size", "160x90")
+    assert done.returncode == 0, done.stderr
+    assert np.asarray(Image.open(still).convert("L"), dtype=int).std() > 10
+    assert_refused(rille("replay", path, "-o", tmp_path / "f.mp4"), "--from must come before --to")
+
+
+def test_the_latest_run_is_known_without_reading_it(path):
+    assert _latest(path, None) == 1
+    with sqlite3.connect(path) as connection:
+        connection.execute("DROP TABLE body_state")
+    assert _latest(path, None) == 1
+
+
+def test_without_a_run_it_says_how_to_make_one(path):
+    with sqlite3.connect(path) as connection:
+        connection.execute("PRAGMA foreign_keys = ON")
+        connection.execute("DELETE FROM run")
+    assert_refused(rille("replay", path), "has no run; make one")
 
 
 def test_ctrl_c_leaves_no_half_film(path, tmp_path):

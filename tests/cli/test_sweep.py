@@ -2,11 +2,13 @@
 
 import json
 import os
+import pickle
 import signal
 import sqlite3
 import subprocess
 import time
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet
@@ -15,8 +17,12 @@ import pytest
 from command import RILLE, assert_refused, rille
 from effect_rigs import EARTH
 from machines import cart, plane
-from rille import store
-from rille.model import Command, Scenario
+from rille import __version__, store
+from rille.cli.sweep_prepare import prepare
+from rille.model import Command, InputRefused, Scenario
+from rille.study import read_study_sheet
+
+CASES = 60  # of studies that are broken off: seconds of work
 
 
 @pytest.fixture
@@ -48,6 +54,24 @@ def outcomes(study):
     """Every number of a study, by case and name."""
     with closing(sqlite3.connect(study)) as connection:
         return dict((row[:2], row[2]) for row in connection.execute('SELECT "case", name, value FROM outcome'))
+
+
+def finished(study):
+    """How many cases do not wait any more; 0 while another program still makes the file."""
+    if not study.exists():
+        return 0
+    with closing(sqlite3.connect(study)) as connection:
+        return connection.execute("""SELECT count(*) FROM "case" WHERE status <> 'waiting'""").fetchone()[0]
+
+
+def until(what, seconds=60):
+    """Whether something becomes true in that time."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if what():
+            return True
+        time.sleep(0.01)
+    return False
 
 
 def test_a_case_is_a_run_of_the_model_that_was_changed_so(model, tmp_path):
@@ -87,22 +111,28 @@ def test_a_case_that_fails_is_a_row_with_its_reason(model, tmp_path):
 
 
 def test_a_study_that_is_killed_goes_on_and_is_the_same(model, tmp_path):
+    """Twice, each time once it has got on."""
     whole, killed = tmp_path / "whole.db", tmp_path / "killed.db"
-    path = sheet(tmp_path, model, 60)
+    path = sheet(tmp_path, model, CASES)
     assert rille("sweep", path, "-o", whole, "--workers", "2").returncode == 0
-    for seconds in (1.6, 2.2):
+    begun = 0
+    for _ in range(2):
         process = subprocess.Popen(
             [RILLE, "sweep", str(path), "-o", str(killed), "--workers", "2"], stderr=subprocess.DEVNULL, start_new_session=True
         )
-        time.sleep(seconds)
+        assert until(lambda begun=begun: finished(killed) > begun)
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-    before = outcomes(killed) if killed.exists() else {}
+        assert begun < finished(killed) < CASES
+        begun = finished(killed)
+    before = outcomes(killed)
     done = rille("sweep", path, "-o", killed, "--workers", "2")
     assert done.returncode == 0, done.stderr
+    assert f"{begun} of {CASES} cases are done already" in done.stderr
     after = outcomes(killed)
     assert after == outcomes(whole)
     assert before.items() <= after.items()
+    assert not [file for file in tmp_path.iterdir() if file.name.startswith(killed.name) and file != killed]  # one file again
 
 
 def test_another_sheet_does_not_mix_with_what_is_there(model, tmp_path):
@@ -112,6 +142,65 @@ def test_another_sheet_does_not_mix_with_what_is_there(model, tmp_path):
     assert rille("sweep", sheet(tmp_path, model, 4), "-o", study, "--workers", "1", "--force").returncode == 0
     shown = json.loads(rille("sweep", "show", study, "--json").stdout)
     assert "energy" in json.dumps(shown)
+
+
+def test_a_study_of_another_rille_is_not_gone_on_with(model, tmp_path):
+    """Two solvers' numbers do not mix, neither in a file nor on a cluster."""
+    study, path = tmp_path / "study.db", sheet(tmp_path, model, 3)
+    assert rille("sweep", path, "-o", study, "--workers", "1").returncode == 0
+    with closing(sqlite3.connect(study)) as connection:
+        connection.execute("UPDATE study SET version = '0.0.1'")
+        connection.commit()
+    assert_refused(rille("sweep", path, "-o", study, "--workers", "1"), "0.0.1", __version__, "--force")
+    assert rille("sweep", path, "-o", study, "--workers", "1", "--force").returncode == 0
+    work = prepare(read_study_sheet(path), tmp_path, lambda what, fraction: None).work
+    with pytest.raises(InputRefused, match=r"0\.0\.1.*install"):
+        replace(work, version="0.0.1")([])
+    assert pickle.loads(pickle.dumps(work)).version == __version__
+
+
+def test_a_damaged_study_is_refused_and_begun_anew_by_force(model, tmp_path):
+    study, path = tmp_path / "study.db", sheet(tmp_path, model, 3)
+    assert rille("sweep", path, "-o", study, "--workers", "1").returncode == 0
+    with closing(sqlite3.connect(study)) as connection:
+        connection.execute("DELETE FROM study")
+        connection.commit()
+    for verb in (("run", path, "-o", study), ("show", study)):
+        assert_refused(rille("sweep", *verb), "damaged", "--force")
+    assert rille("sweep", path, "-o", study, "--workers", "1", "--force").returncode == 0
+    assert finished(study) == 3
+    model_before = model.read_bytes()
+    assert_refused(rille("sweep", path, "-o", model, "--force"), "no study")
+    assert model.read_bytes() == model_before
+
+
+def test_cases_that_failed_are_run_again_when_that_is_wanted(model, tmp_path):
+    """Their worker died of something that is over now."""
+    study, path = tmp_path / "study.db", sheet(tmp_path, model, 6)
+    assert rille("sweep", path, "-o", study, "--workers", "1").returncode == 0
+    whole = outcomes(study)
+    with closing(sqlite3.connect(study)) as connection:
+        connection.execute("UPDATE \"case\" SET status = 'worker_died', reason = 'no memory' WHERE number IN (1, 4)")
+        connection.execute('DELETE FROM outcome WHERE "case" IN (1, 4)')
+        connection.commit()
+    assert rille("sweep", path, "-o", study, "--workers", "1").returncode == 0
+    assert outcomes(study) != whole  # what failed stays so
+    again = rille("sweep", path, "-o", study, "--workers", "1", "--retry")
+    assert again.returncode == 0, again.stderr
+    assert "2 cases that failed wait again" in again.stderr
+    assert "4 of 6 cases are done already" in again.stderr
+    assert outcomes(study) == whole
+
+
+@pytest.mark.parametrize("name", ["status", "Case", "reason", "BODY.chassis.mass", "Energy"])
+def test_an_outcome_that_is_called_like_a_column_is_refused(model, tmp_path, name):
+    path = sheet(tmp_path, model, 3)
+    path.write_text(
+        path.read_text()
+        + f'[[outcome]]\nname = "{name}"\nquantity = "part.position"\ntarget = "chassis"\ncomponent = "x"\nreduce = "max"\n'
+    )
+    assert_refused(rille("sweep", path, "-o", tmp_path / "s.db"), f"the outcome '{name}'", "have one name")
+    assert not (tmp_path / "s.db").exists()
 
 
 @pytest.mark.parametrize(
@@ -132,25 +221,16 @@ def test_a_sheet_that_makes_no_sense_is_refused(model, tmp_path, change, words):
 
 def test_a_cluster_gives_the_same_numbers_and_loses_no_case_with_a_worker(model, tmp_path):
     distributed = pytest.importorskip("distributed", reason="Dask is not installed: pip install 'rille[cluster]'")
-    path = sheet(tmp_path, model, 40)
+    path = sheet(tmp_path, model, CASES)
     here, there = tmp_path / "here.db", tmp_path / "there.db"
     assert rille("sweep", path, "-o", here, "--workers", "2").returncode == 0
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
         command = [RILLE, "sweep", str(path), "-o", str(there), "--scheduler", cluster.scheduler_address]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not (there.exists() and outcomes_or_none(there)):
-            time.sleep(0.05)
+        assert until(lambda: finished(there) > 0)
         worker = next(iter(cluster.workers.values()))
         os.kill(worker.process.pid, signal.SIGKILL)
+        assert finished(there) < CASES  # work was left for it
         _, talk = process.communicate(timeout=120)
     assert process.returncode == 0, talk
     assert outcomes(there) == outcomes(here)
-
-
-def outcomes_or_none(study):
-    """While another program still makes the file."""
-    try:
-        return outcomes(study)
-    except sqlite3.Error:
-        return None

@@ -4,11 +4,13 @@ A file system of its own (tmpfs of 3 MB) where that is allowed; else the largest
 same errors at the same places.
 """
 
+import contextlib
 import os
 import resource
 import shutil
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -16,7 +18,7 @@ import pytest
 from command import RILLE
 from effect_rigs import EARTH
 from machines import cart, plane
-from rille import store
+from rille import store, terrain
 from rille.model import Command, Scenario
 
 SIZE = 3_000_000  # bytes
@@ -111,3 +113,67 @@ def test_an_export_and_a_terrain_that_find_no_room(model, small, repository):
     done = run(limited, "terrain", "build", repository / "examples/terrain/composed.toml", "-o", target)
     refused(done)
     assert not target.exists()
+
+
+GROUND = """
+name = "slope"
+soil = "lunar_soft"
+
+[base]
+kind = "plane"
+size = ["40 m", "20 m"]
+posting = "0.1 m"
+slope = "2 deg"
+"""
+SLOPES = 24
+
+
+def test_a_study_that_finds_no_room_keeps_what_is_done_and_goes_on(make_model, tmp_path):
+    """Each slope is ground of its own, which workers write to TMPDIR: that fills while they are at work, and is emptied again. A full disk
+    is no case's fault, so it is no case's outcome.
+    """
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40M", "tmpfs", str(temporary)], capture_output=True).returncode:
+        pytest.skip("a file system of its own cannot be mounted here")
+    try:
+        rover = cart(5.0, 0.15, 0.165)
+        commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+        scenario = Scenario(
+            name="s", duration=1, gravity=(0, 0, -EARTH), terrain="slope", placement="on_terrain", settle_time=1, commands=commands
+        )
+        model, scene, sheet, study = (tmp_path / name for name in ("model.db", "slope.toml", "study.toml", "study.db"))
+        scene.write_text(GROUND)
+        store.create(model)
+        store.write_rover(model, rover)
+        store.write_terrain(model, terrain.build(scene))
+        store.write_scenario(model, scenario)
+        sheet.write_text(
+            'name = "s"\nmodel = "model.db"\nscenario = "s"\nterrain = "slope.toml"\ndesign = "grid"\n'
+            f'levels = {SLOPES}\n[[vary]]\nname = "base.slope"\nlow = "1 deg"\nhigh = "6 deg"\n'
+        )
+        command = [RILLE, "sweep", str(sheet), "-o", str(study), "--workers", "1"]
+        environment = {**os.environ, "TMPDIR": str(temporary)}
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not (study.exists() and "done" in store.read_study(study).status):
+            time.sleep(0.01)
+        filler = temporary / "filler"
+        with filler.open("wb") as file, contextlib.suppress(OSError):
+            while True:
+                file.write(bytes(1 << 16))
+                file.flush()
+        out, err = process.communicate(timeout=120)
+        refused(subprocess.CompletedProcess(command, process.returncode, out, err))
+        assert "no room" in err
+        assert "goes on" in err
+        status = store.read_study(study).status
+        assert set(status) == {"done", "waiting"}, store.read_study(study).reason
+        filler.unlink()
+        again = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
+        assert again.returncode == 0, again.stderr
+        assert f"{status.count('done')} of {SLOPES} cases are done already" in again.stderr
+        assert store.read_study(study).status == ("done",) * SLOPES
+        assert list(temporary.iterdir()) == []  # nor do workers leave anything
+    finally:
+        subprocess.run(["umount", "-l", str(temporary)], check=True)

@@ -220,3 +220,35 @@ def test_databases(make_model, tmp_path):
         target.execute("PRAGMA journal_mode = DELETE")
     read(whole)
     drill(whole, read, tmp_path, 7)
+
+
+@pytest.mark.parametrize("finished", [0, 30])
+def test_studies(tmp_path, finished):
+    """Pages of a study's file: every reader gives a value or says that it is damaged. All cases wait, or all are done with traces."""
+    from rille.model.study import CaseResult, Factor, TracedChannel
+    from rille.study import design_cases
+    from study.function_studies import angles, plan
+
+    channel = TracedChannel(name="joint.position.a", unit="rad", quantity="joint.position", target="a", component=0)
+    factors = (*angles(2), Factor(name="x3", unit="-", spread="values", values=(1.0, 2.0, 4.0)))
+    asked = plan("latin_hypercube", 30, factors, traced=(channel,), trace_time=(0.0, 0.5, 1.0))
+    good = tmp_path / "study.db"
+    store.create_study(good, asked, design_cases(asked, 2, 1000))
+    with store.study_held(good):
+        results = [CaseResult(number=k, status="done", outcomes={"y": 1.0 * k}, traces=np.full((1, 3), k)) for k in range(finished)]
+        store.add_results(good, asked, results)
+
+    def read(damaged: Path) -> None:
+        """Each reader by itself: where one refuses, another may not."""
+        refusals = []
+        for one in (store.read_plan, store.read_study, store.waiting_cases, lambda path: store.read_traces(path, channel.name)):
+            try:
+                one(damaged)
+            except InputRefused as refusal:
+                refusals.append(refusal)
+        if refusals:
+            raise refusals[0]
+
+    read(good)
+    read_, refused = drill(good, read, tmp_path, 8)
+    assert min(read_, len(refused)) > COUNT / 20

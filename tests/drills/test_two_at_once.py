@@ -75,3 +75,20 @@ def test_a_run_and_writers_of_another_kind(path):
     for code, _, err in (end(run), *map(end, others)):
         assert code in (0, 3), err
     assert [line for line in store.check(path) if "never ended" not in line] == []
+
+
+def test_two_sweeps_of_one_sheet(path, tmp_path):
+    """Begun together on a file that is not there yet: one does all cases, the other does or is refused; and the study is whole."""
+    (soil,) = {soil.name for soil in store.read_terrain(path).soils}
+    sheet, study = tmp_path / "study.toml", tmp_path / "study.db"
+    sheet.write_text(
+        f'name = "s"\nmodel = "{path}"\nscenario = "s"\ndesign = "latin_hypercube"\nsamples = 8\nset = {{ "scenario.duration" = "1 s" }}\n'
+        f'[[vary]]\nname = "soil.{soil}.cohesion"\nlow = "0 Pa"\nhigh = "2 kPa"\n'
+    )
+    ends = [end(process) for process in [start("sweep", sheet, "-o", study, "--workers", "1") for _ in range(2)]]
+    assert 0 in [code for code, _, _ in ends], ends
+    for code, _, err in ends:
+        assert code in (0, 3), err
+        assert code == 0 or any(words in err for words in ("exists already", "another `rille sweep` is at work")), err
+    assert store.read_study(study).status == ("done",) * 8
+    assert not list(tmp_path.glob(".study.db*")) + list(tmp_path.glob("study.db-*"))

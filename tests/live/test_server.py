@@ -98,6 +98,13 @@ def test_pages_of_others_are_refused(live):
         socket_.recv()
 
 
+@pytest.mark.parametrize("header", [{"Host": "["}, {"Host": "[1]x"}, {"Origin": "http://["}])
+def test_a_malformed_name_of_caller_or_called_is_refused_in_a_sentence(live, header):
+    code, text = ask(live.address, **header)
+    assert code == 400
+    assert "'Host' or 'Origin' is malformed" in json.loads(text)["sentence"]
+
+
 @pytest.mark.parametrize(
     "path",
     [

@@ -59,3 +59,15 @@ def test_what_a_design_cannot_be_is_refused():
         values("sobol", 64, (LOG,))
     with pytest.raises(InputRefused, match="more than"):
         values("grid", 0, angles(), levels=100)
+
+
+def test_no_value_leaves_its_ends():
+    """2000 random factors on grids of 2 to 9 levels: also ends whose sums and logarithms round."""
+    chance = np.random.default_rng(1)
+    for _ in range(2000):
+        low, high = np.sort(10.0 ** chance.uniform(-12, 12, 2))
+        factors = tuple(Factor(name=spread, unit="-", spread=spread, low=low, high=high) for spread in ("uniform", "log"))
+        found = values("grid", 0, factors, levels=int(chance.integers(2, 10)))
+        assert found.min() >= low
+        assert found.max() <= high
+        np.testing.assert_allclose([found.min(), found.max()], [low, high], rtol=1e-12)

@@ -10,7 +10,7 @@ import pytest
 
 from rille import store
 from rille.model.study import CaseResult, StudyTable, lost_case
-from rille.study import design_cases, indices
+from rille.study import design_cases, indices, why_none
 from rille.work import LocalPool, carry_out
 from study.function_studies import A, B, Ishigami, angles, plan
 
@@ -81,10 +81,11 @@ def test_shares_of_a_full_grid_are_exact():
 
 
 def test_failed_cases_cost_their_group_only():
-    """Every tenth case fails: groups of k + 2 are left out as wholes, and the rest still tells."""
+    """Every 50th case fails: groups of k + 2 are left out as wholes, and the rest still tells."""
     table = here(plan("sobol", 2048, angles()))
     status = tuple("diverged" if n % 50 == 0 else "done" for n in range(len(table.status)))
     found = indices(StudyTable(plan=table.plan, values=table.values, outcomes=table.outcomes, status=status, reason=table.reason), "y")
+    assert "without 10 % of the cases" in found.method  # one group of five in ten cases
     assert found.dropped == 5 * sum(1 for n in range(len(status)) if n % 50 == 0)
     np.testing.assert_allclose(found.total, TOTAL, atol=0.08)
 
@@ -93,3 +94,22 @@ def test_what_nothing_moves_has_no_indices():
     table = here(plan("sobol", 16, angles()))
     flat = StudyTable(plan=table.plan, values=table.values, outcomes=0 * table.outcomes + 3, status=table.status, reason=table.reason)
     assert indices(flat, "y") is None
+    assert why_none(flat, "y") == "constant"
+
+
+def test_what_is_constant_in_whole_groups_has_no_indices():
+    """Only cases whose groups are left out differ."""
+    table = here(plan("sobol", 16, angles()))
+    outcomes = 0 * table.outcomes + 3
+    outcomes[1] = 4
+    status = ("diverged", *table.status[1:])
+    flat = StudyTable(plan=table.plan, values=table.values, outcomes=outcomes, status=status, reason=table.reason)
+    assert indices(flat, "y") is None
+    assert why_none(flat, "y") == "constant"
+
+
+@pytest.mark.parametrize(("design", "samples", "words"), [("latin_hypercube", 64, "65 cases needed"), ("sobol", 4, "8 whole groups")])
+def test_too_few_cases_say_how_many_are_needed(design, samples, words):
+    table = here(plan(design, samples, angles()))
+    assert indices(table, "y") is None
+    assert words in why_none(table, "y")

@@ -8,7 +8,7 @@ import pytest
 from machines import cart
 from rille.model import BodyTrace, InputRefused, Trace
 from rille.view import scene3d
-from rille.view.scene3d.film import MOST_FRAMES, _poses
+from rille.view.scene3d.film import MOST_FRAMES, _numbered, _poses
 from rille.view.scene3d.overlay import BACK, letters, panel, stamp
 from rille.view.scene3d.ruts import SINKAGE, SLIP, Pressed, slip_color
 
@@ -38,6 +38,11 @@ def test_a_film_that_never_ends_is_refused(tmp_path):
     with pytest.raises(InputRefused, match=f"1000001 frames; it must have at most {MOST_FRAMES}"):
         scene3d.shoot(Path(tmp_path / "f.mp4"), b"", ROVER, standing(0, 10), VIEW, take)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_stills_that_are_a_millisecond_apart_are_different_files():
+    names = [path.name for path in _numbered(Path("s.png"), np.array([0.1, 1234.561, 1234.562]))]
+    assert names == ["s-0.1s.png", "s-1234.561s.png", "s-1234.562s.png"]
 
 
 def test_a_ghost_is_nowhere_before_it_begins_and_after_it_ends():

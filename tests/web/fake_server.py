@@ -9,20 +9,23 @@ import threading
 from collections.abc import Iterator
 
 import uvicorn
-from fastapi import FastAPI, Response, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, HTTPException, Response, WebSocket, WebSocketDisconnect
 
 from web.assembled import page
 from web.made_scene import ORIGIN, SPEED, layout, scene, state_at
 
 
 class Fake:
-    """commands : all that came, in order. refuse : kind -> sentence."""
+    """commands : all that came, in order. refuse : kind -> sentence. saved : time and x of the state that is loaded. fails : quantities
+    that cannot be read."""
 
     def __init__(self) -> None:
         self.commands: list[dict] = []
         self.refuse: dict[str, str] = {}
         self.state, self.time, self.commander, self.asked_by, self.number = "ready", 0.0, None, None, 0
         self.x, self.y, self.yaw, self.steer = -1.6, -0.4, 0.35, (0.0, 0.0)
+        self.run_id, self.saved, self.speed = 3, (50.0, 2.5), 1.0
+        self.layout, self.fails = layout(), set[str]()
         self.sockets: list[WebSocket] = []
         self.port = 0
         self.set_values: list[float] = []
@@ -34,9 +37,9 @@ class Fake:
 
     def status(self) -> dict:
         return {
-            "kind": "status", "state": self.state, "time": self.time, "speed": 1.0, "commander": self.commander, "asked_by": self.asked_by,
-            "viewers": len(self.sockets), "scenario": "live-1", "run_id": 3, "outcome": "running", "message": "", "saves": ["before"],
-            "set_values": self.set_values,
+            "kind": "status", "state": self.state, "time": self.time, "speed": self.speed, "commander": self.commander,
+            "asked_by": self.asked_by, "viewers": len(self.sockets), "scenario": "live-1", "run_id": self.run_id,
+            "outcome": "running", "message": "", "saves": ["before"], "set_values": self.set_values,
         }  # fmt: skip
 
     def obey(self, command: dict) -> str:
@@ -65,6 +68,12 @@ class Fake:
             self.steer = (command["forward"], command["turn"])
         elif kind == "reset":
             self.x, self.y, self.yaw, self.time, self.state = -1.6, -0.4, 0.35, 0.0, "ready"
+            self.run_id += 1
+        elif kind == "load":
+            self.run_id += 1
+            (self.time, self.x), self.state = self.saved, "paused"
+        elif kind == "speed":
+            self.speed = command["factor"]
         return ""
 
     def move(self, dt: float) -> None:
@@ -121,7 +130,7 @@ def _app(fake: Fake) -> FastAPI:
 
     @app.get("/api/layout")
     async def _layout() -> dict:
-        return layout()
+        return fake.layout
 
     @app.get("/api/objects")
     async def _objects() -> list[dict]:
@@ -132,6 +141,8 @@ def _app(fake: Fake) -> FastAPI:
 
     @app.get("/api/objects/{quantity}/{target}")
     async def _read(quantity: str, target: str) -> dict:
+        if quantity in fake.fails:
+            raise HTTPException(404, "it cannot be read now")
         return {"values": [fake.x + ORIGIN[0], fake.y + ORIGIN[1], 20.3] if quantity == "position" else [0.0314]}
 
     @app.websocket("/api/stream")
@@ -148,6 +159,8 @@ def _app(fake: Fake) -> FastAPI:
             while True:
                 command = json.loads(await viewer.receive_text())
                 why = fake.obey(command)
+                if command["kind"] == "load":
+                    await fake.say({"kind": "event", "time": fake.time, "event": "contact", "subject": "of the loaded run", "message": ""})
                 answer = {"kind": "answer", "sequence": command["sequence"], "accepted": not why, "time": fake.time, "sentence": why}
                 await viewer.send_text(json.dumps(answer))
                 await fake.say(fake.status())

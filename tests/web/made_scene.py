@@ -52,7 +52,6 @@ def layout(chassis: str = "chassis") -> dict:
         "origin": list(ORIGIN),
         "gravity": 1.62,
         "step": 0.001,
-        "duration": 40.0,
         "sun": SUN.tolist(),
         "bodies": [{"name": chassis, "root": True}, *({"name": name, "root": False} for name in wheels)],
         "joints": [{"name": f"axle_{name}", "kind": "hinge", "lower": None, "upper": None} for name in PLACES],
@@ -72,7 +71,6 @@ def layout(chassis: str = "chassis") -> dict:
             }
             for name in PLACES
         ],
-        "quantities": {},
     }
 
 

@@ -114,7 +114,7 @@ def test_sliders_show_what_drives_are_set_to(fake: Fake, live: Tab):
 def test_a_gamepad_drives(fake: Fake, live: Tab):
     """Left stick ahead, right stick to the left; near the middle it stands still."""
     commanding(fake, live)
-    pad = "{connected: true, id: 'made <b>pad</b>', axes: [%s], buttons: []}"
+    pad = "{connected: true, id: 'made <b>pad</b>', mapping: 'standard', axes: [%s], buttons: []}"
     show = "navigator.getGamepads = () => [null, " + pad + "]"
     live.page.evaluate(show % "0, -1, -0.5, 0")
     until(lambda: fake.of("steer") and fake.of("steer")[-1]["forward"] > 0.05 and fake.of("steer")[-1]["turn"] > 0.01, "driving")
@@ -122,6 +122,22 @@ def test_a_gamepad_drives(fake: Fake, live: Tab):
     live.page.evaluate(show % "0.1, 0.1, 0.05, 0")
     until(lambda: fake.of("steer")[-1]["forward"] == 0 and fake.of("steer")[-1]["turn"] == 0, "the stop")
     assert all(one["lasts"] == 1 for one in fake.of("steer"))
+
+
+def test_a_gamepad_of_unknown_order_drives_by_its_first_stick_alone(fake: Fake, live: Tab):
+    """Its third axis may be a trigger, which rests at -1."""
+    commanding(fake, live)
+    show = "navigator.getGamepads = () => [{connected: true, id: 'old pad', mapping: '', axes: [%s], buttons: []}]"
+    live.page.evaluate(show % "0, 0, -1, 0")
+    until(lambda: "Gamepad: old pad" in live.page.locator("#pane-drive").inner_text(), "the gamepad")
+    live.page.wait_for_timeout(300)
+    assert fake.of("steer") == []
+    live.page.evaluate(show % "0, -1, -1, 0")
+    until(lambda: fake.of("steer"), "driving")
+    assert fake.of("steer")[-1]["forward"] > 0.05
+    live.page.evaluate(show % "-1, 0, -1, 0")
+    until(lambda: fake.of("steer")[-1]["turn"] > 0.01, "turning")
+    assert all(one["turn"] == 0 for one in fake.of("steer") if one["forward"])
 
 
 def test_with_shift_the_rover_is_turned(fake: Fake, live: Tab):
@@ -203,6 +219,97 @@ def test_objects_are_found_read_and_set(fake: Fake, live: Tab):
     until(lambda: fake.of("set"), "the set value")
     command = fake.of("set")[0]
     assert (command["quantity"], command["target"], command["values"]) == ("position", "chassis", pytest.approx([98.4, -50.4, 20.75]))
+
+
+def test_what_is_left_empty_is_set_to_what_it_is_now(fake: Fake, live: Tab):
+    """Between two readings the rover moves: what was read before is not sent. One that cannot be read holds up no other."""
+    commanding(fake, live)
+    live.page.click("#tab-objects")
+    fake.fails = {"sinkage"}
+    live.page.click("#pane-objects input")
+    live.page.locator("#pane-objects li[role=option]").first.wait_for()
+    for words in ("sinkage", "chassis pos"):
+        live.page.fill("#pane-objects input", words)
+        live.page.keyboard.press("Enter")
+    x = live.page.locator(".object", has_text="chassis").locator("label.row output").first
+    until(lambda: x.inner_text() == "98.400", "the value")
+    fake.x += 1.0
+    until(lambda: x.inner_text() == "99.400", "the new value", 3)
+    live.page.evaluate("rille.shown.objects.reading = true")  # no reading by itself from now on
+    fake.x += 1.0
+    live.page.get_by_label("new position of chassis z").fill("20.75")
+    live.page.click(".object button[type=submit]")
+    until(lambda: fake.of("set"), "the set value")
+    assert fake.of("set")[0]["values"] == pytest.approx([100.4, -50.4, 20.75])
+    fake.fails = {"position"}
+    live.page.get_by_label("new position of chassis z").fill("21")
+    live.page.click(".object button[type=submit]")
+    until(lambda: "it cannot be read now" in toasts(live), "the reason")
+    assert len(fake.of("set")) == 1
+
+
+@pytest.mark.parametrize(("driven", "saved"), [(True, 50.0), (True, 0.1), (False, 50.0)])
+def test_another_run_has_a_history_of_its_own(fake: Fake, live: Tab, driven: bool, saved: float):
+    """A state of another time is loaded, later or earlier than now: path, trails, plots and events are of what came since."""
+    commanding(fake, live)
+    fake.saved = (saved, 2.5)
+    if driven:
+        fake.steer = (0.5, 0.0)
+        live.page.click("#do-go")
+        until(lambda: live.page.evaluate("rille.time()") > 0.5, "time going on")
+    world = "rille.shown.viewer.worlds[0]"
+    assert live.page.evaluate(f"{world}.path.times[0]") == 0.0
+    live.page.click("#do-load")
+    until(lambda: live.page.evaluate("rille.time()") == saved, "the loaded state")
+    until(lambda: live.page.evaluate("rille.shown.track.start") == saved, "a history that begins there", 3)
+    assert live.page.evaluate(f"{world}.path.times") == [saved]
+    live.page.click("#do-go")
+    until(lambda: live.page.evaluate("rille.time()") > saved + 0.5, "time going on")
+    for times in ("path.times", "stamps.all.map(stamp => stamp.time)", "trails.of[0].times"):
+        found = live.page.evaluate(f"{world}.{times}")
+        assert found, times
+        assert min(found) >= saved, times
+    assert live.page.evaluate("rille.shown.clock.start") == saved
+    assert live.page.evaluate("rille.shown.track.events.map(event => event.subject)") == ["of the loaded run"]
+
+
+def test_events_of_the_run_before_are_gone_from_the_list(fake: Fake, live: Tab):
+    commanding(fake, live)
+    live.page.click("#tab-events")
+    live.page.click("#do-go")
+    until(lambda: live.page.evaluate("rille.time()") > 0.2, "time going on")
+    rows = live.page.locator(".events li")
+    for saved in (0.1, 50.0):  # one event in each run: it is not the number of them that tells
+        fake.saved = (saved, 2.5)
+        live.page.click("#do-load")
+        until(lambda at=saved: [row.split()[0] for row in rows.all_inner_texts()] == [f"0:{at:05.2f}"], "the event of this run", 3)
+
+
+def test_plus_and_minus_change_the_speed_step_by_step(fake: Fake, live: Tab):
+    commanding(fake, live)
+    for key, factor in (("+", 2), ("+", 5), ("+", 10), ("-", 5)):
+        live.page.keyboard.press(key)
+        until(lambda wanted=factor: fake.speed == wanted and live.page.locator("#speed").input_value() == str(wanted), f"speed {factor}", 3)
+
+
+def test_a_drive_along_a_slide_is_in_metres(fake: Fake, tab: Tab):
+    drives = {drive["name"]: drive for drive in fake.layout["drives"]}
+    fake.layout["joints"][2]["kind"] = fake.layout["joints"][3]["kind"] = "prismatic"
+    drives["drive_rear_left"] |= {"mode": "position", "lower": None, "upper": 0.5}
+    drives["drive_rear_right"] |= {"max_speed": None}
+    drives["drive_front_right"] |= {"mode": "torque"}
+    with served(fake) as address:
+        tab.page.goto(address)
+        tab.page.evaluate("rille.ready")
+        sliders = tab.page.locator("#pane-drive input[aria-label^='drive_']").all()
+        assert [slider.get_attribute("aria-label") for slider in sliders] == [
+            "drive_front_left: speed [rad/s]",
+            "drive_front_right: torque [N m]",
+            "drive_rear_left: position [m]",
+            "drive_rear_right: speed [m/s]",
+        ]
+        ranges = [(float(s.get_attribute("min") or "nan"), float(s.get_attribute("max") or "nan")) for s in sliders]
+        assert ranges == [(-2.0, 2.0), (-20.0, 20.0), (-1.0, 0.5), (-1.0, 1.0)]
 
 
 def test_states_are_saved_and_loaded(fake: Fake, live: Tab):

@@ -197,6 +197,21 @@ def test_two_runs_as_ghost_and_side_by_side(shown):
     assert "|" in tab.page.locator(".figure .value").first.inner_text()
 
 
+def test_what_is_no_longer_compared_leaves_the_graphics_card(shown):
+    tab = shown(FIRST, SECOND, mode="ghost", labels=("as built", "recording"))
+    held = "(info => [info.memory.geometries, info.programs.length])(rille.shown.viewer.stage.renderer.info)"
+    settled(tab)
+    before = tab.page.evaluate(held)
+    for _ in range(3):
+        for mode in ("single", "ghost"):
+            tab.page.click(f"#modes [data-mode={mode}]")
+            settled(tab)
+    after = tab.page.evaluate(held)
+    assert after[0] <= 1.1 * before[0]  # what is just out of sight is not uploaded
+    assert after[1] <= before[1]
+    assert (np.abs(picture(tab) - np.array([4, 6, 10])).sum(axis=2) > 30).mean() > 0.4  # and what both share is drawn
+
+
 def test_hostile_names_stay_texts(shown):
     evil = "<img src=x onerror=\"document.title='broken'\"></script><b>"
     with_event = Run(FIRST.time, FIRST.states, [{"time": 3.0, "kind": evil, "subject": evil, "message": evil}])

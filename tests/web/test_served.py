@@ -62,9 +62,9 @@ def test_a_rover_is_dragged_driven_with_keys_and_seen_to_move(model, tab):
         assert tab.schemes <= {"http", "ws", "blob", "data"}
     finally:
         live.close()
-    start = store.read_scenario(model, "live-1").start.position
-    assert np.hypot(*start[:2]) > 0.1
-    commands = store.read_scenario(model, "live-1").commands
+    steered = store.read_scenario(model, live.session.status().scenario)
+    assert np.hypot(*steered.start.position[:2]) > 0.1
+    commands = steered.commands
     assert max(command.value for command in commands) > 0
     last = {command.drive: command.value for command in commands}
     assert set(last.values()) == {0.0}  # keys up: stand

@@ -1,10 +1,15 @@
 """Carrying out: every item ends as one result, whatever happens to workers."""
 
+import os
+import signal
+import tempfile
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
+from rille.model import MachineFailed
 from rille.model.study import lost_case
 from rille.study import design_cases
 from rille.work import LocalPool, carry_out
@@ -40,6 +45,70 @@ def test_a_case_that_kills_its_worker_is_a_row_and_only_that(tmp_path):
 def test_a_worker_that_cannot_work_ends_the_study():
     with pytest.raises(ImportError, match="no such module"):
         results(Broken(), count=4)
+
+
+@dataclass(frozen=True)
+class Filled:
+    """Says that the disk is full at one item, after a while in which the other worker gets on."""
+
+    at: int
+
+    def __call__(self, items):
+        time.sleep(0.05)
+        if self.at in items:
+            raise MachineFailed("no room")
+        return list(items)
+
+
+def test_a_machine_that_fails_ends_the_work_and_what_was_done_is_kept():
+    kept = []
+    pool = LocalPool(Filled(20), 2)
+    try:
+        with pytest.raises(MachineFailed, match="no room"):
+            carry_out(pool, range(60), 60, kept.extend, lost=lost_case)
+    finally:
+        pool.close()
+    assert len(kept) == len(set(kept))
+    assert 5 < len(kept) < 60
+    assert 20 not in kept
+
+
+@dataclass(frozen=True)
+class Littering:
+    """Opens temporary files and folders that it never closes; says where. Its process dies at one item, if ``dies``."""
+
+    place: Path
+    dies: int = -1
+
+    def __call__(self, items):
+        _litter.append(tempfile.TemporaryDirectory(prefix="litter-"))
+        Path(_litter[-1].name, "file").write_text("left")
+        mark = self.place / "died"
+        if self.dies in items and not mark.exists():
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return [_litter[-1].name for _ in items]
+
+
+_litter = []  # of a worker
+
+
+@pytest.mark.parametrize("dies", [-1, 7])
+def test_workers_leave_nothing_among_temporary_files(tmp_path, monkeypatch, dies):
+    """Also those that took the place of others."""
+    place, temporary = tmp_path / "place", tmp_path / "temporary"
+    place.mkdir()
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    pool, kept = LocalPool(Littering(place, dies), 2), []
+    try:
+        assert carry_out(pool, range(20), 20, kept.extend, lost=lambda item, why: why)
+        assert len(kept) == 20
+        assert all(Path(folder).is_relative_to(temporary) and Path(folder, "file").exists() for folder in kept)
+    finally:
+        pool.close()
+    assert list(temporary.iterdir()) == []
+    assert (place / "died").exists() == (dies >= 0)
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ class _Show:
         self.trace = store.read_trace(database, run)
         if len(self.trace.time) == 0:
             raise InputRefused(f"run {self.trace.run_id} of '{database}' holds no states; run the scenario again")
-        scenario = store.read_scenario(database, self.trace.scenario)
+        self.scenario = scenario = store.read_scenario(database, self.trace.scenario)
         self.terrain = None if scenario.terrain is None else store.read_terrain(database, scenario.terrain)
         self.other = None if against is None else self._other(database, against)
         shown = [self.trace] if self.other is None else [self.trace, self.other[0]]
@@ -116,7 +116,6 @@ class _Show:
             title=self.title,
             gravity=scene3d.gravity_of(scenario),
             step=self.trace.step,
-            duration=float(self.trace.time[-1]),
         )
 
     def _other(self, database: Path, against: str) -> tuple[Any, str, list[Any]]:
@@ -137,8 +136,21 @@ class _Show:
             trace = store.read_trace(database, int(against))
             if len(trace.time) == 0:
                 raise InputRefused(f"run {against} of '{database}' holds no states; run the scenario again")
+            self._tell_world(store.read_scenario(database, trace.scenario), f"run {against}")
             return trace, f"run {against}", []
         raise InputRefused(f"'{database}' has neither a run nor a recording '{against}'; {nearest_names(against, names)}")
+
+    def _tell_world(self, other: Any, label: str) -> None:
+        """What differs in the world of another run, which is shown in this one's."""
+        from rille.view import scene3d
+
+        here, there = (f"terrain '{s.terrain}'" if s.terrain else "no terrain" for s in (self.scenario, other))
+        if here != there:
+            self.notes.append(f"{label} was on {there}; it is shown on that of run {self.trace.run_id}, {here}")
+        if other.gravity != self.scenario.gravity:
+            own, its = (scene3d.gravity_of(s) for s in (self.scenario, other))
+            ways = "" if abs(own - its) > 1e-9 else ", in another direction"
+            self.notes.append(f"{label} was under a gravity of {its:g} m/s^2{ways}; run {self.trace.run_id} under {own:g} m/s^2")
 
     def page(self, side: bool) -> str:
         """The page as HTML."""
@@ -172,10 +184,11 @@ class _Show:
 
         first, last = float(self.trace.time[0]), float(self.trace.time[-1])
         start, stop = (first if span[0] is None else span[0]), (last if span[1] is None else span[1])
-        if not start < stop:
+        still = target.suffix.lower() == STILL
+        if not still and not start < stop:
             raise InputRefused(f"the film begins at {start:g} s and ends at {stop:g} s; --from must come before --to")
         take = scene3d.Take(start=start, stop=stop, speed=speed, fps=fps, size=size, camera=camera)
-        stills = (at or [last]) if target.suffix.lower() == STILL else []
+        stills = (at or [last]) if still else []
         scene = scene3d.scene_glb(self.rover, self.terrain, self.view)
         ghost = None if self.other is None else scene3d.Ghost(trace=self.other[0], label=self.other[1])
         words = {"title": self.title, "gravity": self.layout["gravity"]}
@@ -185,7 +198,7 @@ class _Show:
 def _latest(database: Path, run: int | None) -> int:
     from rille import store
 
-    return store.read_trace(database, run).run_id if run is None else run
+    return max((row.id for row in store.list_runs(database)), default=0) if run is None else run  # that there is none is said later
 
 
 def _camera(text: str) -> Any:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rille.study import StudySheet
 
 TOLD = 15.0  # [s] between lines of progress where stderr is no terminal
+COLUMNS = ("case", "status", "reason")  # that results have besides factors and outcomes
 
 Figures = Annotated[Path | None, typer.Option(help="Folder for figures (PNG) and study.html, a page that works offline.")]
 Parquet = Annotated[Path | None, typer.Option(help="Parquet file: a row per case, a column per factor and outcome.")]
@@ -45,7 +46,13 @@ def run(
     scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler to spread cases over: tcp://HOST:8786.")] = None,
     figures: Figures = None,
     parquet: Parquet = None,
-    force: Annotated[bool, typer.Option("--force", help="Begin anew where the file holds another study; its results are deleted.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Begin anew where the file holds another study, or a damaged one; its results are deleted.")
+    ] = False,
+    retry: Annotated[
+        bool,
+        typer.Option("--retry", help="Run cases again that were refused, had an error or lost their worker (its memory was full, say)."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Run a study. What is done is kept: after Ctrl-C or kill -9 the same command goes on where it was. A case that fails is a row with its
@@ -55,6 +62,7 @@ def run(
     Example: rille sweep rover.db --vary "soil.*.cohesion=0 Pa:1 kPa" --vary "start.heading=0 deg,45 deg,90 deg" --samples 200
     Example: rille sweep study.toml --scheduler tcp://cluster:8786 --parquet study.parquet
     """
+    from rille.cli.sweep_ground import require_sendable
     from rille.cli.sweep_prepare import prepare
 
     sheet = _sheet(source, vary, {"scenario": scenario, "design": design, "samples": samples, "seed": seed})
@@ -62,9 +70,12 @@ def run(
     _require_places(path, figures, parquet)
     with progress(f"study '{sheet.name}'") as update:
         prepared = prepare(sheet, source.parent if vary is None else Path(), update)
+        _require_columns(prepared)
+        if scheduler is not None:
+            require_sendable(prepared.work.scene)
         _begin(path, prepared, force)
         try:
-            _carry_out(path, prepared, workers or len(os.sched_getaffinity(0)), scheduler, update)
+            _carry_out(path, prepared, workers or len(os.sched_getaffinity(0)), scheduler, update, retry=retry)
         except KeyboardInterrupt:
             say("finished cases are kept; the same command goes on from there")
             raise
@@ -113,21 +124,38 @@ def _require_places(study: Path, figures: Path | None, parquet: Path | None) -> 
         raise InputRefused(f"'{figures}' is a file; name a folder for --figures")
 
 
+def _require_columns(prepared: "Prepared") -> None:
+    """Every outcome is a column of its own in results, where neither capitals nor spelling tell it from another."""
+    from rille.model import InputRefused
+
+    plan = prepared.plan
+    names = [*COLUMNS, *(factor.name for factor in plan.factors), *(measure.name for measure in plan.measures)]
+    for channel in prepared.work.channels:  # the outcomes that somebody named
+        twins = [name for name in names if name.casefold() == channel.name.casefold()]
+        if len(twins) > 1:
+            other = next((name for name in twins if name != channel.name), channel.name)
+            raise InputRefused(f"the outcome '{channel.name}' and the column '{other}' of results have one name; give the outcome another")
+
+
 def _begin(path: Path, prepared: "Prepared", force: bool) -> None:
-    """The study's file with its design, or the one that is there already."""
+    """The study's file with its design, unless there is one already."""
+    from rille import store
+
+    if force and path.exists() and _is_another(path, prepared.plan):
+        store.remove_study(path)
+    if not path.exists():
+        store.create_study(path, prepared.plan, prepared.cases)
+
+
+def _is_another(path: Path, asked: "StudyPlan") -> bool:
+    """Whether a file does not hold the study that is asked for: another one, or nothing that can be read."""
     from rille import store
     from rille.model import InputRefused
 
-    if path.exists():
-        kept, asked = store.read_plan(path), prepared.plan
-        differs = _difference(kept, asked)
-        if not differs:
-            return
-        if not force:
-            raise InputRefused(f"'{path}' holds a study of {differs}; --force begins anew and deletes its results, or choose another -o")
-        with store.study_held(path):
-            path.unlink()
-    store.create_study(path, prepared.plan, prepared.cases)
+    try:
+        return bool(_difference(store.read_plan(path), asked))
+    except InputRefused:
+        return True
 
 
 def _difference(kept: "StudyPlan", asked: "StudyPlan") -> str:
@@ -137,16 +165,24 @@ def _difference(kept: "StudyPlan", asked: "StudyPlan") -> str:
         words.append("another sheet")
     if kept.model != asked.model:
         words.append("another model, scenario or ground")
+    if kept.version != asked.version:
+        words.append(f"another rille ({kept.version}, this is {asked.version})")
     return " and ".join(words)
 
 
-def _carry_out(path: Path, prepared: "Prepared", workers: int, scheduler: str | None, update: Any) -> None:
-    """Run what is waiting."""
+def _carry_out(path: Path, prepared: "Prepared", workers: int, scheduler: str | None, update: Any, *, retry: bool) -> None:
+    """Run what is waiting. retry : and what failed."""
     from rille import store
+    from rille.model import InputRefused
     from rille.model.study import lost_case
     from rille.work import carry_out, opened_pool
 
     with store.study_held(path):
+        differs = _difference(store.read_plan(path), prepared.plan)
+        if differs:
+            raise InputRefused(f"'{path}' holds a study of {differs}; --force begins anew and deletes its results, or choose another -o")
+        if retry:
+            say(f"{store.wait_again(path)} cases that failed wait again")
         waiting = store.waiting_cases(path)
         if not waiting:
             return

@@ -52,6 +52,41 @@ def with_numbers(text: str, numbers: "Mapping[Change, float]") -> str:
     return tomlkit.dumps(document)
 
 
+def require_scene(folder: Path, text: str) -> None:
+    """Read and compose a scene, without evaluating its heights.
+
+    Raises
+    ------
+    InputRefused : for whatever the scene is refused for.
+    """
+    from rille.terrain.scene import composed
+
+    scene = folder / "scene.toml"
+    scene.write_text(text, encoding="utf-8")
+    with _own_cache(folder / "cache"), composed(scene):
+        pass
+
+
+def require_sendable(text: str) -> None:
+    """Refuse ground that workers elsewhere would have to read from files.
+
+    Raises
+    ------
+    InputRefused : with the first file or folder that a scene names.
+    """
+    import tomllib
+
+    from rille.model import InputRefused
+
+    scene = tomllib.loads(text)
+    tables = [scene.get("base", {}), *scene.get("population", [])]
+    files = [*scene.get("library", []), *(table[key] for table in tables for key in FILES if isinstance(table.get(key), str))]
+    if files:
+        raise InputRefused(
+            f"the ground that varies is made from '{files[0]}', which workers of a cluster do not have; run it without --scheduler"
+        )
+
+
 def put_under(database: Path, model: Path, text: str, scenario: "Scenario") -> None:
     """Make a database of the model with a scene in place of its ground.
 

@@ -8,13 +8,13 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rille.cli.sweep_ground import scene_text
+from rille.cli.sweep_ground import require_scene, scene_text, with_numbers
 from rille.cli.sweep_job import CasesOfModel
 from rille.cli.talk import say
 
 if TYPE_CHECKING:
     from rille.model import Scenario
-    from rille.model.study import Case, Change, StudyPlan
+    from rille.model.study import Case, Change, Factor, StudyPlan
     from rille.simulate.case import CaseRunner
     from rille.study import StudySheet, Subject
 
@@ -28,8 +28,8 @@ class Prepared:
     work: CasesOfModel
 
     def ordered(self, cases: "Sequence[Case]") -> "list[Case]":
-        """Cases so that those on the same ground come together."""
-        return sorted(cases, key=lambda case: _ground_of(case, self.plan))
+        """Cases so that those on the same ground come together, and grounds as if drawn: a part of the design is not one end of it."""
+        return sorted(cases, key=lambda case: _place_of(_ground_of(case, self.plan), self.plan.seed))
 
 
 def prepare(sheet: "StudySheet", folder: Path, update: Callable[[str, float], None]) -> Prepared:
@@ -56,6 +56,7 @@ def prepare(sheet: "StudySheet", folder: Path, update: Callable[[str, float], No
         subject = _subject(model, runner, scenario, scene)
         asked = plan_study(sheet, subject, runner.measures, parts=_parts(model))
         _require_ground(asked.constants, [c for f in asked.plan.factors for c in f.changes], scenario, model)
+        _require_ends(asked.constants, asked.plan, Path(place), scene)
         plan = replace(asked.plan, model_file=source.name, model=_digest(store.model_digest(model), scene), version=rille.__version__)
         parts: dict[str, Any] = {
             "content": model.read_bytes(),
@@ -123,6 +124,11 @@ def _ground_of(case: "Case", plan: "StudyPlan") -> tuple[float, ...]:
     return tuple(v for v, factor in zip(case.values, plan.factors, strict=True) if any(c.kind == "ground" for c in factor.changes))
 
 
+def _place_of(ground: tuple[float, ...], seed: int) -> bytes:
+    """Where a ground stands in the order of work, always the same."""
+    return sha256(repr((seed, ground)).encode()).digest()
+
+
 def _parts(model: Path) -> dict[str, list[str]]:
     """Names by the first word of a quantity."""
     from rille import store
@@ -172,3 +178,28 @@ def _require_ground(constants: "tuple[tuple[Change, float], ...]", changes: "lis
         raise InputRefused(f"'{varied[0].name}.{varied[0].number}' varies ground that scenario '{scenario.name}' does not use")
     if varied and store.read_terrain(model, heights=False).name != scenario.terrain:
         raise InputRefused(f"scenario '{scenario.name}' stands on '{scenario.terrain}', not on the scene of the study")
+
+
+def _require_ends(constants: "tuple[tuple[Change, float], ...]", plan: "StudyPlan", folder: Path, scene: str) -> None:
+    """Refuse ground that cannot be at an end of what varies; all else as in the scene, or set."""
+    from rille.model import InputRefused, MachineFailed
+
+    fixed = {change: value for change, value in constants if change.kind == "ground"}
+    grounds = [("what is set", fixed)] if fixed else []
+    for factor in plan.factors:
+        if any(change.kind == "ground" for change in factor.changes):
+            grounds += [(f"{factor.name} = {end:g}", fixed | dict.fromkeys(factor.changes, end)) for end in _ends(factor)]
+    for words, numbers in grounds:
+        try:
+            require_scene(folder, with_numbers(scene, numbers))
+        except MachineFailed:
+            raise
+        except InputRefused as refusal:
+            raise InputRefused(f"with {words} the ground cannot be: {refusal}") from None
+
+
+def _ends(factor: "Factor") -> tuple[float, ...]:
+    """The outermost values that a sheet states."""
+    if factor.spread == "values":
+        return min(factor.values), max(factor.values)
+    return (factor.mean,) if factor.spread == "normal" else (factor.low, factor.high)

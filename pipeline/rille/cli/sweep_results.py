@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.study import Indices, Measure, StudyTable
-from rille.study import bands, indices
+from rille.study import bands, indices, why_none
 
 REASONS = 5  # that are shown, the most frequent first
 STRONGEST = 3  # factors that are named for an outcome
@@ -59,12 +59,12 @@ def _line(table: StudyTable, measure: Measure, one: Indices | None) -> str:
     if len(values) == 0:
         return f"{title} {'no values':>10}"
     numbers = (values.min(), np.median(values), values.mean(), values.max(), values.std(ddof=1) if len(values) > 1 else 0.0)
-    return f"{title} " + " ".join(f"{number:10.4g}" for number in numbers) + f"   {_strongest(table, one)}"
+    return f"{title} " + " ".join(f"{number:10.4g}" for number in numbers) + f"   {_strongest(table, measure.name, one)}"
 
 
-def _strongest(table: StudyTable, one: Indices | None) -> str:
+def _strongest(table: StudyTable, outcome: str, one: Indices | None) -> str:
     if one is None:
-        return "-"
+        return why_none(table, outcome) or "-"
     share = one.first if one.total is None else one.total
     order = [k for k in np.argsort(-share)[:STRONGEST] if share[k] > 0.02]
     return ", ".join(f"{table.plan.factors[k].name} {share[k]:.2f}" for k in order) or "-"
@@ -82,7 +82,13 @@ def json_of(table: StudyTable, results: Mapping[str, Indices | None]) -> dict[st
         quantiles = np.quantile(known, [0.05, 0.5, 0.95])
         return {
             "cases": len(known),
-            **dict(zip(("min", "mean", "max", "sd"), map(float, (known.min(), known.mean(), known.max(), known.std())), strict=True)),
+            **dict(
+                zip(
+                    ("min", "mean", "max", "sd"),
+                    map(float, (known.min(), known.mean(), known.max(), known.std(ddof=1) if len(known) > 1 else 0.0)),
+                    strict=True,
+                )
+            ),
             **dict(zip(("q05", "median", "q95"), map(float, quantiles), strict=True)),
         }
 

@@ -71,11 +71,17 @@ class Guard:
         await self._app(scope, once, safe)
 
     def _refused(self, scope: Scope, headers: dict[str, str]) -> tuple[int, str] | None:
-        host = headers.get("host", "")
-        if self._hosts is not None and (urlsplit(f"//{host}").hostname or "") not in self._hosts:
+        host, origin = headers.get("host", ""), headers.get("origin")
+        try:
+            called, comes_from = urlsplit(f"//{host}").hostname or "", None if origin is None else urlsplit(origin).netloc
+        except ValueError:
+            return (
+                400,
+                "the header 'Host' or 'Origin' is malformed; each names a server, such as 'localhost:8000' and 'http://localhost:8000'",
+            )
+        if self._hosts is not None and called not in self._hosts:
             return 421, "this server was not called by a name of its own"
-        origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if comes_from is not None and comes_from != host:
             return 403, "pages of other origins may not talk to this server"
         if self._token is None or scope["type"] == "websocket" or scope["path"] in OPEN:
             return None  # a WebSocket brings its token in its first message

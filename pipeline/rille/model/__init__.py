@@ -6,7 +6,7 @@ model are given in the model frame M at the zero pose (the pose of the CAD assem
 
 from rille.model.bench import BenchPoints, BenchWheel
 from rille.model.effect import Effect, EffectKind, EffectParameter
-from rille.model.errors import InputRefused, PhysicsFailed, nearest_names
+from rille.model.errors import InputRefused, MachineFailed, PhysicsFailed, nearest_names
 from rille.model.rover import (
     Body,
     CollisionShape,
@@ -56,6 +56,7 @@ __all__ = [
     "JointTrace",
     "LandformInstance",
     "LoopClosure",
+    "MachineFailed",
     "MassProperties",
     "Material",
     "MaterialPair",

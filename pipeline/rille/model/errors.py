@@ -1,4 +1,4 @@
-"""The two ways in which rille says no, and the helper that names what was probably meant."""
+"""The ways in which rille says no, and the helper that names what was probably meant."""
 
 import difflib
 from collections.abc import Iterable
@@ -8,6 +8,13 @@ class InputRefused(ValueError):
     """Input that cannot be used: one sentence with the quantity, the value, which one, the bound and the fix.
 
     The command line prints the sentence and exits with code 3.
+    """
+
+
+class MachineFailed(InputRefused):
+    """What was asked is sound, but this machine cannot do it now, most often for want of room on the disk: one sentence with the fix.
+
+    Whoever keeps outcomes must not keep it as one: the same, asked again when there is room, succeeds.
     """
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.model import InputRefused, Scenario
 from rille.model.study import CaseResult, Change, ChannelMeasure, Measure, Status, TracedChannel
@@ -14,6 +15,7 @@ from rille.simulate.case_measures import Channel, Driven, Drove, driven_of, meas
 from rille.simulate.machine_facts import machine_facts
 from rille.simulate.tip_over import support_of
 
+Array = NDArray[np.float64]
 Setting = tuple[Change, float]
 
 
@@ -83,18 +85,17 @@ class CaseRunner:
         simulation = self._solver.Simulation(changed)
         if changed.settle_time > 0:
             simulation.settle()
-        every = max(1, round(max(self._scenario.output_interval, step) / step))
-        rows = simulation.sample(max(1, round(duration / step)), every, self._channels, from_start=True)
+        every = max(1, round(self._scenario.output_interval / step))
+        instants, rows = _driven_through(simulation, max(1, round(duration / step)), every, step, self._channels)
         outcome: str = simulation.step(0)
         status = cast(Status, "done" if outcome == "running" else outcome)
-        alive = np.isfinite(rows).all(axis=1)
         facts = changed.facts
         support = None
         if self._driven.corners is not None:
             support = support_of(self._driven.corners, facts["bodies"], facts["wheels"], simulation.bodies(), simulation.wheels())
         drove = Drove(
-            time=np.asarray(step * every * np.arange(len(rows))[alive], dtype=np.float64),
-            values={channel: rows[alive, k] for k, channel in enumerate(self._channels)},
+            time=instants,
+            values={channel: rows[:, k] for k, channel in enumerate(self._channels)},
             work=float(np.nansum(simulation.joints()[:, 3])),
             time_reached=simulation.time,
             support=support,
@@ -102,25 +103,44 @@ class CaseRunner:
         outcomes = measured(self._driven, drove, self._asked)
         return CaseResult(number=number, status=status, reason=simulation.message, outcomes=outcomes, traces=self._traces(drove))
 
-    def _traces(self, drove: Drove) -> np.ndarray | None:
+    def _traces(self, drove: Drove) -> Array | None:
         """(channels, times), straight lines between samples, NaN after the end."""
         if not self._traced:
             return None
-        return np.array([np.interp(self._trace_time, drove.time, drove.values[c], right=np.nan) for c in self._traced])
+        if not len(drove.time):
+            return np.full((len(self._traced), len(self._trace_time)), np.nan)
+        lasted = self._trace_time <= drove.time[-1] * (1 + 1e-9)  # whatever the rounding of both
+        return np.array([np.where(lasted, np.interp(self._trace_time, drove.time, drove.values[c]), np.nan) for c in self._traced])
 
     def read(self, path: Path | str) -> Any:
         """The same model on other ground, for ``run``."""
         return self._solver.Model(str(path), self._scenario.name)
 
 
+def _driven_through(simulation: Any, steps: int, every: int, step: float, channels: Sequence[Channel]) -> tuple[Array, Array]:
+    """Drive to the end. Returns times (n,) [s] and readings (n, channels) that are finite: at the start, after every so many steps, and as
+    the last one the state in which the drive ended, whether its time was over or something ended it before.
+    """
+    every = min(every, steps)
+    rows = simulation.sample(steps - steps % every, every, channels, from_start=True)
+    simulation.step(steps % every)
+    time = np.asarray(step * every * np.arange(len(rows)), dtype=np.float64)
+    read = np.isfinite(rows).all(axis=1)
+    time, rows = time[read], rows[read]
+    end = np.array([[simulation.read(c.quantity, c.target)[c.component] for c in channels]])
+    if simulation.time > time.max(initial=-math.inf) + step / 2 and np.isfinite(end).all():
+        return np.array([*time, simulation.time]), np.concatenate([rows, end])
+    return time, rows
+
+
 def _change(model: Any, scenario: Scenario, settings: Sequence[Setting]) -> float:
-    """Change a model in memory; returns the duration [s]."""
+    """Change a model in memory; returns the duration [s]. Gravity is first: soil weighs with it, but a unit weight that is set stays."""
     duration = scenario.duration
     start = {"x": scenario.start.position[0], "y": scenario.start.position[1], "heading": _heading(scenario)}
     commands: dict[str, dict[int, float]] = {}
     effects: dict[tuple[str, str], dict[str, float]] = {}
     moved = False
-    for change, given in settings:
+    for change, given in sorted(settings, key=lambda setting: (setting[0].kind, setting[0].name) != ("scenario", "gravity")):
         value = float(given)
         if change.kind == "parameter":
             model.set(change.name, value * model.get(change.name) if change.relative else value)

@@ -82,7 +82,7 @@ def measures_of(driven: Driven) -> tuple[Measure, ...]:
             Measure(name="final_x", unit="m", meaning="where it ended"),
             Measure(name="final_y", unit="m", meaning="where it ended"),
             Measure(name="final_z", unit="m", meaning="where it ended"),
-            Measure(name="final_heading", unit="rad", meaning="where it headed at the end"),
+            Measure(name="final_heading", unit="rad", meaning="where it headed at the end, whole turns counted"),
             Measure(name="max_tilt", unit="rad", meaning="largest angle of the body against the vertical", main=not driven.wheels),
         ]
     if driven.corners is not None:
@@ -126,18 +126,28 @@ def measured(driven: Driven, drove: Drove, asked: Sequence[ChannelMeasure]) -> d
     if driven.wheels:
         found |= _of_wheels(driven, drove)
     for one in asked:
-        later = drove.values[Channel(one.quantity, one.target, one.component)][drove.time >= one.after]
-        if len(later):
-            found[one.name] = _reduced(later, one.reduce)
+        later = drove.time >= one.after
+        if later.any():
+            values = drove.values[Channel(one.quantity, one.target, one.component)][later]
+            found[one.name] = _reduced(drove.time[later], values, one.reduce)
     return found
 
 
-def _reduced(values: Array, how: str) -> float:
+def _reduced(time: Array, values: Array, how: str) -> float:
     if how == "final":
         return float(values[-1])
     if how == "rms":
-        return float(np.sqrt(np.mean(values**2)))
-    return float({"mean": np.mean, "max": np.max, "min": np.min}[how](values))
+        return float(np.sqrt(np.average(values**2, weights=_shares(time))))
+    if how == "mean":
+        return float(np.average(values, weights=_shares(time)))
+    return float(values.max() if how == "max" else values.min())
+
+
+def _shares(time: Array) -> Array:
+    """(n,) time [s] that each reading stands for, half way to its neighbours, so that means are over time; of a single one 1."""
+    if len(time) == 1:
+        return np.ones(1)
+    return np.diff(np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]]))
 
 
 def _vector(drove: Drove, quantity: str, body: str, size: int) -> Array:
@@ -148,11 +158,12 @@ def _of_root(driven: Driven, drove: Drove) -> dict[str, float]:
     place = _vector(drove, "part.position", driven.root, 3)
     w, x, y, z = _vector(drove, "part.orientation", driven.root, 4).T
     tilt = np.arccos(np.clip(1 - 2 * (x**2 + y**2), -1, 1))
+    heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2)))
     found = {
         "distance": float(np.linalg.norm(np.diff(place, axis=0), axis=1).sum()),
         "distance_made_good": float(np.hypot(*(place[-1] - place[0])[:2])),
         **{f"final_{axis}": float(place[-1, k]) for k, axis in enumerate("xyz")},
-        "final_heading": float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))[-1]),
+        "final_heading": float(heading[-1]),
         "max_tilt": float(tilt.max()),
     }
     if drove.support is not None:
@@ -175,22 +186,27 @@ def _of_wheels(driven: Driven, drove: Drove) -> dict[str, float]:
     speed = np.zeros(len(drove.time))
     if driven.root:
         speed = np.linalg.norm(_vector(drove, "part.linear_velocity", driven.root, 3), axis=1)
+    shares = _shares(drove.time)
     found: dict[str, float] = {}
-    slips, pulls = [], []
+    slips, weights, pulls = [], [], []
     for name, joint, radius in driven.wheels:
         slip, sinkage, pull, _ = (drove.values[Channel(quantity, name, 0)] for quantity in WHEEL)
         rim = radius * np.abs(drove.values[Channel("joint.velocity", joint, 0)])
-        moving = slip[(np.maximum(speed, rim) > MOVING) & (sinkage > 0)]
-        slips.append(moving)
-        pulls.append(float(pull.mean()))
-        if len(moving):
-            found[f"mean_slip_ratio.{name}"] = float(moving.mean())
-            found[f"max_slip_ratio.{name}"] = float(np.abs(moving).max())
+        moving = (np.maximum(speed, rim) > MOVING) & (sinkage > 0)
+        slips.append(slip[moving])
+        weights.append(shares[moving])
+        pulls.append(float(np.average(pull, weights=shares)))
+        if moving.any():
+            found |= _of_slip(slips[-1], weights[-1], f".{name}")
         found[f"max_sinkage.{name}"] = float(sinkage.max())
         found[f"mean_drawbar_pull.{name}"] = pulls[-1]
     all_slips = np.concatenate(slips)
     if len(all_slips):
-        found |= {"mean_slip_ratio": float(all_slips.mean()), "max_slip_ratio": float(np.abs(all_slips).max())}
+        found |= _of_slip(all_slips, np.concatenate(weights), "")
     found["max_sinkage"] = max(found[f"max_sinkage.{name}"] for name, _, _ in driven.wheels)
     found["mean_drawbar_pull"] = float(sum(pulls))
     return found
+
+
+def _of_slip(slip: Array, shares: Array, of: str) -> dict[str, float]:
+    return {f"mean_slip_ratio{of}": float(np.average(slip, weights=shares)), f"max_slip_ratio{of}": float(np.abs(slip).max())}

@@ -24,7 +24,17 @@ from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, re
 from rille.store.rover import read_rover, write_rover
 from rille.store.scenario import read_scenario, write_scenario
 from rille.store.steering import LoggedCommand, SavedState, read_command_log, remove_unused, saved_states, write_continued, write_steered
-from rille.store.study import add_results, create_study, read_plan, read_study, read_traces, study_held, waiting_cases
+from rille.store.study import (
+    add_results,
+    create_study,
+    read_plan,
+    read_study,
+    read_traces,
+    remove_study,
+    study_held,
+    wait_again,
+    waiting_cases,
+)
 from rille.store.terrain import StoredWindow, read_soils, read_terrain, read_window, update_terrain, write_terrain
 
 __all__ = [
@@ -79,12 +89,14 @@ __all__ = [
     "recording_clocks",
     "recording_names",
     "remove_recording",
+    "remove_study",
     "remove_unused",
     "saved_states",
     "schema_version",
     "study_held",
     "units",
     "update_terrain",
+    "wait_again",
     "waiting_cases",
     "write_bench",
     "write_continued",

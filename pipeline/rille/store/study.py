@@ -1,4 +1,8 @@
-"""Studies <-> ``schema/study.sql``. The design is on the disk before the first case; finished cases follow in small transactions."""
+"""Studies <-> ``schema/study.sql``. The design is on the disk before the first case; finished cases follow in small transactions.
+
+While cases wait, SQLite keeps a write-ahead log beside the file: whoever reads, however long, does not stop who writes. A study whose cases
+are all done is one file again.
+"""
 
 import fcntl
 import json
@@ -6,9 +10,11 @@ import math
 import os
 import sqlite3
 import struct
+import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +25,10 @@ from rille.store.database import insert, schema_folder, transaction
 
 STUDY_ID = 1380537172  # "RIST"
 STUDY_VERSION = 1
+BUSY = 10.0  # [s] that a writer waits for another
+AGAIN = ("refused", "error", "worker_died")  # ends that may be the machine's fault rather than the case's
+BESIDE = ("-wal", "-shm", "-journal")  # what SQLite keeps beside a file that is open, or that a killed program left
+PLANNED = ("study", "factor", "measure", "traced_channel", "case")  # tables that are checked whenever a study is read
 
 
 def create_study(path: Path, plan: StudyPlan, cases: Sequence[Case]) -> None:
@@ -29,26 +39,51 @@ def create_study(path: Path, plan: StudyPlan, cases: Sequence[Case]) -> None:
     InputRefused : if the file exists or cannot be written, or a value breaks a rule of the schema.
     """
     path = Path(path)
-    if path.exists():
-        raise InputRefused(f"the study '{path}' exists already; go on with it or choose another name")
-    part = path.with_name(path.name + ".part")
-    part.unlink(missing_ok=True)
+    for left in _beside(path):
+        if left.exists() and not path.exists():  # SQLite would take it for a part of the new study
+            raise InputRefused(f"'{left}' is left of a study that is gone; remove it, or choose another name than '{path}'")
     try:
-        with closing(sqlite3.connect(part, isolation_level=None)) as connection:
-            connection.executescript((schema_folder() / "study.sql").read_text())
-            connection.execute("BEGIN")
-            _write_plan(connection, plan)
-            numbers = [(case.number,) for case in cases]
-            connection.executemany('INSERT INTO "case" (number) VALUES (?)', numbers)
-            settings = [(c.number, f.name, value) for c in cases for f, value in zip(plan.factors, c.values, strict=True)]
-            connection.executemany("INSERT INTO setting VALUES (?, ?, ?)", settings)
-            connection.execute(_view(plan))
-            connection.execute("COMMIT")
-        os.link(part, path)  # fails where a study is
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
+            part = Path(folder) / path.name
+            _write_new(part, plan, cases)
+            os.link(part, path)  # fails where a study is
+    except FileExistsError:
+        raise InputRefused(f"the study '{path}' exists already; go on with it or choose another name") from None
     except (sqlite3.Error, OSError) as error:
         raise InputRefused(f"the study '{path}' could not be made: {error}; is the folder writable and the disk not full?") from error
-    finally:
-        part.unlink(missing_ok=True)
+
+
+def _write_new(path: Path, plan: StudyPlan, cases: Sequence[Case]) -> None:
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.executescript((schema_folder() / "study.sql").read_text())
+        connection.execute("BEGIN")
+        _write_plan(connection, plan)
+        numbers = [(case.number,) for case in cases]
+        connection.executemany('INSERT INTO "case" (number) VALUES (?)', numbers)
+        settings = [(c.number, f.name, value) for c in cases for f, value in zip(plan.factors, c.values, strict=True)]
+        connection.executemany("INSERT INTO setting VALUES (?, ?, ?)", settings)
+        connection.execute(_view(plan))
+        connection.execute("COMMIT")
+
+
+def remove_study(path: Path) -> None:
+    """Delete a study, be it damaged or of another version, with all that SQLite keeps beside it.
+
+    Raises
+    ------
+    InputRefused : if the file is no study, or somebody runs its cases.
+    """
+    with _locked(Path(path)) as file:
+        header = file.read(72)
+        if not header.startswith(b"SQLite format 3\x00") or int.from_bytes(header[68:72], "big") != STUDY_ID:
+            raise InputRefused(f"'{path}' is no study, so it is not deleted; name another file")
+        for each in (*_beside(Path(path)), Path(path)):  # the study last: what is beside it must not outlive it
+            each.unlink(missing_ok=True)
+
+
+def _beside(path: Path) -> list[Path]:
+    return [path.with_name(path.name + ending) for ending in BESIDE]
 
 
 def _write_plan(connection: sqlite3.Connection, plan: StudyPlan) -> None:
@@ -87,12 +122,14 @@ def read_plan(path: Path) -> StudyPlan:
     ------
     InputRefused : if the file is no study that this version can read.
     """
-    with _opened(Path(path)) as connection:
+    with _reading(Path(path)) as connection:
         return _plan(connection)
 
 
 def _plan(connection: sqlite3.Connection) -> StudyPlan:
     row = connection.execute("SELECT * FROM study").fetchone()
+    if row is None:
+        raise ValueError("it has no plan")
     return StudyPlan(
         **{field: row[field] for field in ("name", "design", "samples", "seed", "model_file", "version")},
         second_order=bool(row["second_order"]),
@@ -100,7 +137,7 @@ def _plan(connection: sqlite3.Connection) -> StudyPlan:
             Factor(
                 **{field: r[field] for field in ("name", "unit", "spread", "low", "high", "mean", "sigma")},
                 relative=bool(r["relative"]),
-                values=tuple(json.loads(r["choices"])),
+                values=tuple(float(value) for value in json.loads(r["choices"])),
             )
             for r in connection.execute("SELECT * FROM factor ORDER BY id")
         ),
@@ -125,8 +162,7 @@ def read_study(path: Path) -> StudyTable:
     ------
     InputRefused : if the file is no study that this version can read.
     """
-    with _opened(Path(path)) as connection:
-        connection.execute("BEGIN")  # all tables at one moment
+    with _reading(Path(path)) as connection:
         plan = _plan(connection)
         ended = connection.execute('SELECT number, status, reason FROM "case" ORDER BY number').fetchall()
         row_of = {row["number"]: k for k, row in enumerate(ended)}
@@ -148,16 +184,34 @@ def _matrix(connection: sqlite3.Connection, table: str, row_of: dict[int, int], 
 
 
 def waiting_cases(path: Path) -> tuple[Case, ...]:
-    """Cases that were not run yet, in their order."""
-    with _opened(Path(path)) as connection:
+    """Cases that were not run yet, in their order.
+
+    Raises
+    ------
+    InputRefused : if the file is no study that this version can read.
+    """
+    with _reading(Path(path)) as connection:
         names = [row["name"] for row in connection.execute("SELECT name FROM factor ORDER BY id")]
-        settings: dict[int, dict[str, float]] = {}
-        query = (
-            """SELECT "case" AS number, name, value FROM setting JOIN "case" ON number = "case" WHERE status = 'waiting' ORDER BY number"""
-        )
-        for row in connection.execute(query):
-            settings.setdefault(row["number"], {})[row["name"]] = row["value"]
+        waiting = connection.execute("""SELECT number FROM "case" WHERE status = 'waiting' ORDER BY number""")
+        settings: dict[int, dict[str, float]] = {row["number"]: {} for row in waiting}
+        for number, name, value in connection.execute('SELECT "case", name, value FROM setting'):
+            if number in settings:
+                settings[number][name] = float(value)
         return tuple(Case(number=number, values=tuple(found[name] for name in names)) for number, found in settings.items())
+
+
+def wait_again(path: Path) -> int:
+    """Let cases wait again that were refused, had an error or lost their worker: what was kept of them is deleted. Returns how many.
+
+    Raises
+    ------
+    InputRefused : if the file cannot be written; nothing was changed then.
+    """
+    ended = f"""(SELECT number FROM "case" WHERE status IN {AGAIN})"""
+    with _writing(Path(path)) as connection:
+        for table in ("outcome", "trace"):
+            connection.execute(f'DELETE FROM {table} WHERE "case" IN {ended}')
+        return connection.execute(f"""UPDATE "case" SET status = 'waiting', reason = '' WHERE number IN {ended}""").rowcount
 
 
 def add_results(path: Path, plan: StudyPlan, results: Sequence[CaseResult]) -> None:
@@ -167,7 +221,7 @@ def add_results(path: Path, plan: StudyPlan, results: Sequence[CaseResult]) -> N
     ------
     InputRefused : if the file cannot be written; nothing of these cases is kept then.
     """
-    with _opened(Path(path)) as connection, transaction(connection):
+    with _writing(Path(path)) as connection:
         for result in results:
             ended = (result.status, result.reason, result.number)
             if not connection.execute(
@@ -182,40 +236,90 @@ def add_results(path: Path, plan: StudyPlan, results: Sequence[CaseResult]) -> N
 
 
 def read_traces(path: Path, channel: str) -> NDArray[np.float64]:
-    """A channel of all cases that went as planned, (cases, times)."""
+    """A channel of all cases that went as planned, (cases, times).
+
+    Raises
+    ------
+    InputRefused : if the file is no study that this version can read.
+    """
     query = """SELECT samples FROM trace JOIN "case" ON number = "case" WHERE name = ? AND status IN ('done', 'stopped') ORDER BY number"""
-    with _opened(Path(path)) as connection:
-        size = len(connection.execute("SELECT trace_time FROM study").fetchone()[0]) // 8
+    with _reading(Path(path)) as connection:
+        size = len(_plan(connection).trace_time)
         rows = [np.frombuffer(row["samples"], "<f4") for row in connection.execute(query, (channel,))]
-    return np.array(rows, dtype=np.float64).reshape(-1, size)
+        return np.array(rows, dtype=np.float64).reshape(len(rows), size)
 
 
 @contextmanager
 def study_held(path: Path) -> Iterator[None]:
-    """Nobody else runs cases of this study meanwhile.
+    """Nobody else runs cases of this study meanwhile. Where all are done at the end, and nobody reads, the study is one file again.
 
     Raises
     ------
-    InputRefused : if somebody does.
+    InputRefused : if somebody does, or the file is no study.
     """
-    with _opened(Path(path)):  # refuses what is no study
-        pass
-    with Path(path).open("rb") as file:
+    with _locked(Path(path)), _opened(Path(path)) as connection:  # stays open: not every transaction ends in folding the log
+        try:
+            yield
+        finally:
+            with suppress(sqlite3.Error):
+                if connection.execute("""SELECT 1 FROM "case" WHERE status = 'waiting' LIMIT 1""").fetchone() is None:
+                    connection.execute("PRAGMA journal_mode = DELETE")
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[BinaryIO]:
+    """The file, which only one `rille sweep` at a time works on.
+
+    It is opened before SQLite opens it and closed after: closing it drops the locks that SQLite holds in this process.
+    """
+    try:
+        file = path.open("rb")
+    except OSError as error:
+        raise InputRefused(f"the study '{path}' cannot be opened: {error.strerror}; make one: `rille sweep STUDY.toml`") from None
+    with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                raise FileNotFoundError  # deleted, or begun anew, since it was opened
         except OSError:
             raise InputRefused(f"another `rille sweep` is at work on '{path}'; wait for it or choose another file") from None
-        yield
+        yield file
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connection that sees the study at one moment. What cannot be made sense of inside is damage, and refused."""
+    try:
+        with _opened(path) as connection:
+            connection.execute("BEGIN")
+            for table in PLANNED:
+                health = connection.execute(f'PRAGMA quick_check("{table}")').fetchone()[0]
+                if health != "ok":
+                    raise ValueError(health)
+            yield connection
+    except InputRefused:
+        raise
+    except (ArithmeticError, LookupError, TypeError, ValueError, struct.error) as error:
+        raise InputRefused(f"the study '{path}' is damaged ({error}); restore it from a copy, or begin anew with --force") from error
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connection inside one transaction, which readers neither see before its end nor hold up."""
+    with _opened(path) as connection:
+        connection.execute("PRAGMA journal_mode = WAL")
+        with transaction(connection):
+            yield connection
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """Connection to a study; it writes only to undo a transaction that a killed program left."""
+    """Connection to a study; it writes only to undo or complete what a killed program left."""
     if not path.is_file():
         raise InputRefused(f"there is no study '{path}'; make one: `rille sweep STUDY.toml`")
-    mode = "rw" if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK) else "ro"
+    address = f"{path.absolute().as_uri()}?{_mode(path)}"
     try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, isolation_level=None, timeout=10)) as connection:
+        with closing(sqlite3.connect(address, uri=True, isolation_level=None, timeout=BUSY)) as connection:
             connection.row_factory = sqlite3.Row
             application = connection.execute("PRAGMA application_id").fetchone()[0]
             version = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -226,5 +330,14 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
                     f"the study '{path}' has version {version}, this rille reads {STUDY_VERSION}; use the rille that made it"
                 )
             yield connection
-    except sqlite3.DatabaseError as error:
-        raise InputRefused(f"the study '{path}' cannot be used: {error}; nothing was changed") from error
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        raise InputRefused(
+            f"the study '{path}' cannot be used: {error}; nothing was changed (is it damaged, held by another program, or the disk full?)"
+        ) from error
+
+
+def _mode(path: Path) -> str:
+    """How SQLite may open a file. Where it must not write, it reads a log that is there, and needs to be told if there is none."""
+    if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK):
+        return "mode=rw"
+    return "mode=ro" if any(each.exists() for each in _beside(path)) else "mode=ro&immutable=1"

@@ -1,11 +1,11 @@
 """Channels that a sheet asks for -> outcomes and traces, one for each target that a pattern meets."""
 
-import fnmatch
 from collections.abc import Mapping, Sequence
 
 from rille.model import InputRefused, nearest_names
 from rille.model.quantity import to_si
 from rille.model.study import ChannelMeasure, Measure, TracedChannel
+from rille.study.matching import matching
 from rille.study.sheet import Component, OutcomeSheet, TraceSheet
 
 QUANTITIES = {  # quantity -> unit; accelerations are not here: they need every step
@@ -68,7 +68,7 @@ def _expanded(entry: OutcomeSheet | TraceSheet, parts: Mapping[str, Sequence[str
     if entry.quantity not in QUANTITIES:
         raise InputRefused(f"the quantity '{entry.quantity}' is not known here; {nearest_names(entry.quantity, QUANTITIES)}")
     known = parts[entry.quantity.partition(".")[0]]
-    matched = fnmatch.filter(known, entry.target)
+    matched = matching(entry.target, known)
     if not matched:
         raise InputRefused(f"{entry.quantity} of '{entry.target}': the model has no such thing; {nearest_names(entry.target, known)}")
     component = _component(entry.component, entry.quantity)

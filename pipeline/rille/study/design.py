@@ -66,9 +66,9 @@ def _latin(plan: StudyPlan) -> Array:
 
 
 def _through(factor: Factor, unit: Array) -> Array:
-    """Numbers of (0, 1) through the inverse of the factor's distribution."""
+    """Numbers of [0, 1] through the inverse of the factor's distribution; none leaves its ends by a rounding."""
     if factor.spread == "log":
-        return np.exp(np.log(factor.low) + unit * (np.log(factor.high) - np.log(factor.low)))
+        return np.clip(np.exp(np.log(factor.low) + unit * (np.log(factor.high) - np.log(factor.low))), factor.low, factor.high)
     if factor.spread == "normal":
         from scipy.special import ndtri
 
@@ -77,7 +77,7 @@ def _through(factor: Factor, unit: Array) -> Array:
     if factor.spread == "values":
         places = np.minimum((unit * len(factor.values)).astype(int), len(factor.values) - 1)
         return np.array(factor.values)[places]
-    return factor.low + unit * (factor.high - factor.low)
+    return np.clip(factor.low + unit * (factor.high - factor.low), factor.low, factor.high)
 
 
 def _levels(factor: Factor, levels: int) -> tuple[float, ...]:

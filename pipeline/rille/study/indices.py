@@ -18,23 +18,50 @@ FEWEST = {"sobol": 8, "latin_hypercube": 65, "grid": 4}  # of groups, cases, cas
 HARMONICS = 10  # of RBD-FAST
 SLICES = 8  # of PAWN
 CONSTANT = 1e-12  # relative spread of an outcome that nothing moves
+MANY = 0.05  # share of cases left out from which the method says so
 
 
 def indices(table: StudyTable, outcome: str) -> Indices | None:
-    """Indices of one outcome; None if it is constant, or there are too few cases.
+    """Indices of one outcome; None if it is constant, or there are too few cases, see ``why_none``.
 
     Raises
     ------
     ValueError : for an outcome that the study does not ask for.
     """
     y = table.outcome(outcome)
-    known = y[np.isfinite(y)]
-    if len(known) < 2 or np.ptp(known) <= CONSTANT * max(1e-300, float(np.abs(known).max())):
+    if _is_constant(y[np.isfinite(y)]):
         return None
     methods = {"sobol": _sobol, "latin_hypercube": _rbd_fast, "grid": _grid}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # SALib's of pandas and of divisions that come out NaN
         return methods[table.plan.design](table, outcome, y)
+
+
+def why_none(table: StudyTable, outcome: str) -> str:
+    """In a few words why an outcome has no indices."""
+    y = table.outcome(outcome)
+    known, design = int(np.isfinite(y).sum()), table.plan.design
+    used = int(_whole_groups(table.plan, y).sum()) if design == "sobol" else known
+    if used < FEWEST[design]:
+        return f"{FEWEST[design]} whole groups of cases needed" if design == "sobol" else f"{FEWEST[design]} cases needed"
+    return "constant"
+
+
+def _is_constant(y: Array) -> bool:
+    """Nothing to share: fewer than two numbers, or all the same but for roundings."""
+    return len(y) < 2 or bool(np.ptp(y) <= CONSTANT * max(1e-300, float(np.abs(y).max())))
+
+
+def _whole_groups(plan: StudyPlan, y: Array) -> NDArray[np.bool_]:
+    """(samples,) groups of Saltelli's scheme of which every case has its number."""
+    k = len(plan.factors)
+    return np.array([bool(np.isfinite(group).all()) for group in y.reshape(-1, 2 * k + 2 if plan.second_order else k + 2)])
+
+
+def _without(method: str, used: int, cases: int) -> str:
+    """The method, with what was left out where that is much."""
+    dropped = 1 - used / cases
+    return method if dropped <= MANY else f"{method}, without {100 * dropped:.0f} % of the cases, whose groups are not whole"
 
 
 def _problem(plan: StudyPlan) -> dict[str, object]:
@@ -45,17 +72,15 @@ def _problem(plan: StudyPlan) -> dict[str, object]:
 def _sobol(table: StudyTable, outcome: str, y: Array) -> Indices | None:
     from SALib.analyze import sobol
 
-    plan, k = table.plan, len(table.plan.factors)
-    size = 2 * k + 2 if plan.second_order else k + 2
-    groups = y.reshape(-1, size)
-    whole = np.isfinite(groups).all(axis=1)
-    if whole.sum() < FEWEST["sobol"]:
+    plan = table.plan
+    whole = _whole_groups(plan, y)
+    used = y.reshape(len(whole), -1)[whole].ravel()
+    if whole.sum() < FEWEST["sobol"] or _is_constant(used):
         return None
-    used = groups[whole].ravel()
     found = sobol.analyze(_problem(plan), used, calc_second_order=plan.second_order, num_resamples=500, seed=plan.seed)
     return Indices(
         outcome=outcome,
-        method="Sobol' indices (Saltelli's estimator, SALib)",
+        method=_without("Sobol' indices (Saltelli's estimator, SALib)", len(used), len(y)),
         first=np.array(found["S1"]),
         first_confidence=np.array(found["S1_conf"]),
         total=np.array(found["ST"]),

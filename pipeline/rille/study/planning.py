@@ -1,6 +1,5 @@
 """A study sheet and its subject -> plan, cases, and what workers must be told."""
 
-import fnmatch
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -12,10 +11,14 @@ from rille.model.quantity import to_si
 from rille.model.study import Case, Change, ChannelMeasure, Factor, Measure, StudyPlan
 from rille.study.channels import channel_measures, traced_channels
 from rille.study.design import design_cases
+from rille.study.matching import matching
 from rille.study.names import Meaning, Subject, meaning
 from rille.study.sheet import Number, StudySheet, VarySheet
+from rille.study.together import require_together
 
 MOST_CASES = 1_000_000
+MOST_INSTANTS = 100_000  # of a trace
+SCENARIO_BOUNDS = {"step": (1e-9, 0.1), "duration": (1e-9, 1e9), "gravity": (1e-9, 1e9)}  # s, s, m/s^2; the upper step as in the solver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +44,7 @@ def plan_study(sheet: StudySheet, subject: Subject, measures: Sequence[Measure],
 
     Raises
     ------
-    InputRefused : for a name, value, unit, bound or design that cannot be.
+    InputRefused : for a name, value, unit, bound or design that cannot be, and for what could change nothing, or the same number twice.
     """
     factors = tuple(_factor(entry, subject) for entry in sheet.vary)
     names = [factor.name for factor in factors] + list(sheet.set)
@@ -49,19 +52,18 @@ def plan_study(sheet: StudySheet, subject: Subject, measures: Sequence[Measure],
         if names.count(name) > 1:
             raise InputRefused(f"'{name}' is given twice; vary it once, or set it")
     constants = []
+    named = [(f.name, f.changes, f.spread != "values" or any(f.values)) for f in factors]
     for name, value in sheet.set.items():
         meant = meaning(name, subject, relative=False)
         number = _si(value, meant, name, relative=False)
         _require_within(name, meant, subject, (number,), relative=False)
         constants += [(change, number) for change in meant.changes]
+        named.append((name, meant.changes, number != 0))
+    require_together(named, subject.effects)
     duration = _longest(factors, constants, subject)
     channels = channel_measures(sheet.outcome, parts, duration)
     all_measures = _marked([*measures, *(measure for _, measure in channels)], sheet.main)
-    interval = to_si(sheet.trace_interval, "time", "trace_interval")
-    if not 0 < interval <= duration:
-        raise InputRefused(f"trace_interval is {interval:g} s; it must lie above 0 and within the duration of {duration:g} s")
     traced = traced_channels(sheet.trace, parts)
-    count = round(duration / interval)
     plan = StudyPlan(
         name=sheet.name,
         design=sheet.design,
@@ -71,19 +73,30 @@ def plan_study(sheet: StudySheet, subject: Subject, measures: Sequence[Measure],
         factors=factors,
         measures=all_measures,
         traced=traced,
-        trace_time=tuple(interval * k for k in range(count + 1)) if traced else (),
+        trace_time=_trace_time(sheet.trace_interval, duration) if traced else (),
         sheet=sha256(json.dumps(sheet.model_dump(exclude={"model", "scenario", "terrain"}), sort_keys=True).encode()).hexdigest(),
     )
     cases = design_cases(plan, sheet.levels, MOST_CASES)
     return Asked(plan=plan, cases=cases, constants=tuple(constants), channels=tuple(channel for channel, _ in channels))
 
 
+def _trace_time(given: Number, duration: float) -> tuple[float, ...]:
+    """Instants [s] from 0 to the last one within the duration."""
+    interval = to_si(given, "time", "trace_interval")
+    if not duration / MOST_INSTANTS <= interval <= duration:
+        least = duration / MOST_INSTANTS
+        raise InputRefused(f"trace_interval is {interval:g} s; it must lie in {least:g} to {duration:g} s, the duration")
+    count = math.floor(duration / interval * (1 + 1e-12))
+    return tuple(interval * k for k in range(count + 1))
+
+
 def _longest(factors: Sequence[Factor], constants: Sequence[tuple[Change, float]], subject: Subject) -> float:
     """Longest simulated time of a case [s]."""
     given = [(change, value) for change, value in constants]
     given += [(change, value) for f in factors for change in f.changes for value in (*f.values, f.high, f.mean)]
-    times = [value * (subject.scenario.duration if c.relative else 1) for c, value in given if (c.kind, c.name) == ("scenario", "duration")]
-    return max(times, default=subject.scenario.duration)
+    own = subject.scenario.duration
+    times = [value * (own if c.relative else 1) for c, value in given if (c.kind, c.name) == ("scenario", "duration")]
+    return max(times, default=own)
 
 
 def _usual_samples(sheet: StudySheet, factors: int) -> int:
@@ -104,7 +117,7 @@ def _factor(entry: VarySheet, subject: Subject) -> Factor:
         assert value is not None
         return _si(value, meant, f"{key} of '{name}'", entry.relative)
 
-    unit = "-" if entry.relative else _unit(meant, entry)
+    unit = "-" if entry.relative else meant.unit
     factor = Factor(name=name, unit=unit, spread="values", relative=entry.relative, changes=meant.changes)
     if "low" in given:
         low, high = si(entry.low, "low"), si(entry.high, "high")
@@ -129,29 +142,8 @@ def _factor(entry: VarySheet, subject: Subject) -> Factor:
 
 def _si(value: Number, meant: Meaning, what: str, relative: bool) -> float:
     """SI number; of moduli, whose units hang on an exponent, as it is."""
-    if relative:
-        return to_si(value, "dimensionless", what)
-    refusals = []
-    for unit in meant.units:
-        if unit in ("-", "1") or "(n+" in unit:
-            return to_si(value, "dimensionless", what)
-        try:
-            return to_si(value, unit, what)
-        except InputRefused as refusal:
-            refusals.append(refusal)
-    raise refusals[0]
-
-
-def _unit(meant: Meaning, entry: VarySheet) -> str:
-    """Of several units the one that the values are written in."""
-    value = next(v for v in (entry.low, entry.mean, *(entry.values or [])) if v is not None)
-    for unit in meant.units:
-        try:
-            _si(value, Meaning(changes=(), units=(unit,)), "", relative=False)
-        except InputRefused:
-            continue
-        return "-" if unit == "1" else unit
-    return meant.units[0]
+    bare = relative or meant.unit == "-" or "(n+" in meant.unit
+    return to_si(value, "dimensionless" if bare else meant.unit, what)
 
 
 def _require_within(name: str, meant: Meaning, subject: Subject, values: Sequence[float], relative: bool) -> None:
@@ -164,13 +156,14 @@ def _require_within(name: str, meant: Meaning, subject: Subject, values: Sequenc
             number = next(p for p in law.parameters if p.name == change.number)
             now, lower, upper = 0.0, number.lower, number.upper
         elif change.kind == "scenario":
-            now, lower, upper = 1.0, math.nextafter(0, 1), 0.1 if change.name == "step" else math.inf
+            now, lower, upper = subject.scenario_value(change.name), *SCENARIO_BOUNDS[change.name]
         else:
             continue
         for value in values:
             number = now * value if relative else value
             if not lower <= number <= upper:
-                raise InputRefused(f"'{name}' is {number:g} in some cases; {change.name} must lie in {lower:g} to {upper:g}")
+                what = change.number or change.name
+                raise InputRefused(f"'{name}' is {number:g} in some cases; {what} must lie in {lower:g} to {upper:g}: take values within")
 
 
 def _marked(measures: list[Measure], main: Sequence[str]) -> tuple[Measure, ...]:
@@ -181,7 +174,7 @@ def _marked(measures: list[Measure], main: Sequence[str]) -> tuple[Measure, ...]
             raise InputRefused(f"two outcomes are called '{name}'; give one of them another name")
     wanted = set()
     for name in main:
-        matched = fnmatch.filter(known, name)
+        matched = matching(name, known)
         if not matched:
             raise InputRefused(f"main names the outcome '{name}', which this study does not have; {nearest_names(name, known)}")
         wanted |= set(matched)

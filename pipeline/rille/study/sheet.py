@@ -62,7 +62,7 @@ class StudySheet(Sheet):
     design: Design = "latin_hypercube"
     samples: int | None = Field(None, ge=1, le=1_000_000)
     levels: int = Field(5, ge=2, le=1000)
-    seed: int = 1
+    seed: int = Field(1, ge=1, lt=2**32)
     second_order: bool = False
     set: dict[str, Number] = {}
     vary: list[VarySheet] = Field(min_length=1)

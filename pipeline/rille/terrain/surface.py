@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import InputRefused
+from rille.model import MachineFailed
 from rille.terrain import cache
 from rille.terrain.composition import Composition
 from rille.terrain.grid import Grid, Window
@@ -131,7 +131,7 @@ def evaluate(composition: Composition, store: Kept, datums: dict[str, Datum], pr
 
     Raises
     ------
-    InputRefused : if the heights cannot be written (a full disk); what was made before is kept.
+    MachineFailed : if the heights cannot be written (a full disk); what was made before is kept.
     """
     grid = composition.grid
     manifest = {
@@ -162,9 +162,9 @@ def evaluate(composition: Composition, store: Kept, datums: dict[str, Datum], pr
         store.save()
         _make(composition, store, pieces, based, keep_base, progress or (lambda what, fraction: None))
     except OSError as error:
-        raise InputRefused(
+        raise MachineFailed(
             f"the heights of the terrain cannot be written to '{store.folder}': {error}; set RILLE_CACHE to a folder with room"
-        ) from None
+        ) from error
     path = store.folder / "heights.f64"
     if grid.n_rows * grid.n_cols <= IN_MEMORY:
         return np.fromfile(path, np.float64).reshape(grid.shape)
@@ -193,7 +193,7 @@ def evaluate_aside(composition: Composition, grid: Grid, progress: Progress | No
                 _write(file.fileno(), grid, tile, values)
                 say("evaluating", (count + 1) / len(tiles))
     except OSError as error:
-        raise InputRefused(f"the heights of the region cannot be written: {error}; set RILLE_CACHE to a folder with room") from None
+        raise MachineFailed(f"the heights of the region cannot be written: {error}; set RILLE_CACHE to a folder with room") from error
     return HeightFile(path, grid.shape, (folder, lock))
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rille.model.study import Bands, Indices, Measure, StudyTable
 from rille.view.plots import COLORS, empty_canvas
-from rille.view.study_words import factor_axis, label, order_of, outcome_axis, scale, strongest
+from rille.view.study_words import factor_axis, failed, label, order_of, outcome_axis, part_of, scale, strongest
 
 Array = NDArray[np.float64]
 MOST_OUTCOMES = 6
@@ -34,6 +34,12 @@ def draw_study(folder: Path, table: StudyTable, results: Mapping[str, Indices | 
     if known:
         drawn.append(_envelopes(folder / "envelopes.png", table, known))
     return drawn
+
+
+def _name(table: StudyTable) -> str:
+    """The study's name, as the beginning of a title."""
+    part = part_of(table)
+    return f"{table.plan.name}, {part}" if part else table.plan.name
 
 
 def _plain(axis: Any) -> None:
@@ -75,7 +81,7 @@ def _indices(path: Path, table: StudyTable, shown: Sequence[Measure], results: M
     if len(labels) > 1:
         figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False, fontsize=9)
     bars = "; bars: 95 %" if results[shown[0].name].first_confidence is not None else ""  # type: ignore[union-attr]
-    figure.suptitle(f"{table.plan.name}: {method}{bars}", fontsize=11, x=0.01, ha="left")
+    figure.suptitle(f"{_name(table)}: {method}{bars}", fontsize=11, x=0.01, ha="left")
     figure.savefig(path)
     return path
 
@@ -87,7 +93,7 @@ def _maps(path: Path, table: StudyTable, shown: Sequence[Measure], results: Mapp
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat[len(shown) :]:
         axis.set_visible(False)
-    order = order_of(table, results)
+    order, out = order_of(table, results), failed(table)
     for axis, measure in zip(axes.flat, shown, strict=False):
         i, j = strongest(results.get(measure.name), 2, order)
         (x, x_title), (y, y_title) = factor_axis(table, i), factor_axis(table, j)
@@ -97,7 +103,7 @@ def _maps(path: Path, table: StudyTable, shown: Sequence[Measure], results: Mapp
         else:
             known = np.isfinite(z)
             drawn = axis.scatter(x[known], y[known], c=z[known], s=20, cmap="viridis", linewidths=0)
-            axis.plot(x[~table.whole], y[~table.whole], "x", color="#c1121f", markersize=4, markeredgewidth=0.9)
+            axis.plot(x[out], y[out], "x", color="#c1121f", markersize=4, markeredgewidth=0.9)
         for k, which in ((i, axis.set_xscale), (j, axis.set_yscale)):
             if table.plan.factors[k].spread == "log":
                 which("log")
@@ -108,9 +114,8 @@ def _maps(path: Path, table: StudyTable, shown: Sequence[Measure], results: Mapp
         axis.spines[["top", "right"]].set_visible(False)
         figure.colorbar(drawn, ax=axis, aspect=30).ax.tick_params(labelsize=8)
     over = "the two factors that move it most" + ("; means over the others" if table.plan.design == "grid" else "")
-    failed = int((~table.whole).sum())
-    crosses = f"; {failed} cases that did not go as planned: x" if failed and table.plan.design != "grid" else ""
-    figure.suptitle(f"{table.plan.name}: outcomes over {over}{crosses}", fontsize=11, x=0.01, ha="left")
+    crosses = f"; {out.sum()} cases that did not go as planned: x" if out.any() and table.plan.design != "grid" else ""
+    figure.suptitle(f"{_name(table)}: outcomes over {over}{crosses}", fontsize=11, x=0.01, ha="left")
     figure.savefig(path)
     return path
 
@@ -150,7 +155,7 @@ def _effects(path: Path, table: StudyTable, shown: Sequence[Measure], order: Seq
             if r == rows - 1:
                 axis.set_xlabel(x_title.replace(" (", "\n("), fontsize=8.5)
         axes[r, 0].set_ylabel(title.replace(" [", "\n["), fontsize=8.5)
-    figure.suptitle(f"{table.plan.name}: every case; median and middle half along each factor", fontsize=11, x=0.01, ha="left")
+    figure.suptitle(f"{_name(table)}: every case; median and middle half along each factor", fontsize=11, x=0.01, ha="left")
     figure.savefig(path)
     return path
 
@@ -186,6 +191,6 @@ def _envelopes(path: Path, table: StudyTable, envelopes: Sequence[Bands]) -> Pat
     axes[-1].set_xlim(envelopes[0].time[0], envelopes[0].time[-1])
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper right", ncols=3, frameon=False, fontsize=9)
-    figure.suptitle(f"{table.plan.name}: {envelopes[0].cases} cases over time", fontsize=11, x=0.01, ha="left")
+    figure.suptitle(f"{_name(table)}: {envelopes[0].cases} cases over time", fontsize=11, x=0.01, ha="left")
     figure.savefig(path)
     return path

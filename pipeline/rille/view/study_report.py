@@ -7,10 +7,11 @@ import numpy as np
 
 from rille.model.study import Bands, Indices, StudyTable
 from rille.view.page import Cell, Column, Page, Section, figure, number, packed, table, write_page
-from rille.view.study_words import factor_axis, label, order_of, outcome_axis, scale, strongest
+from rille.view.study_words import factor_axis, failed, label, order_of, outcome_axis, part_of, scale, strongest, waiting
 
 PARALLEL = 8  # axes of the parallel lines at most
 SHOWN = 40  # rows of the table of cases at first
+ROWS = 2000  # of it in all: a browser shows no 100 000
 
 
 def write_study_report(
@@ -33,7 +34,8 @@ def write_study_report(
     InputRefused : if the file cannot be written.
     """
     plan = study.plan
-    whole = int(study.whole.sum())
+    whole, run, out = int(study.whole.sum()), int((~waiting(study)).sum()), failed(study)
+    part = part_of(study)
     sections = [
         Section(key="outcomes", title="Outcomes", body=_outcomes(study, results), lead="Numbers over the cases that went as planned."),
         *_sensitivity(study, results),
@@ -41,16 +43,17 @@ def write_study_report(
         Section(key="cases", title="All cases", body=_parallel(study, results), lead="Drag along an axis to choose cases."),
         *_envelopes(envelopes),
         *_failures(reasons),
-        Section(key="table", title="Table", body=_cases(study), lead="The study's file and --parquet hold all outcomes."),
+        Section(key="table", title="Table", body=_cases(study), lead=_lead(study)),
     ]
     return write_page(
         path,
         Page(
             title=f"Study {plan.name}",
             subtitle=f"{len(study.status)} cases of {plan.model_file} in which {len(plan.factors)} factors vary",
-            verdict=f"{whole} of {len(study.status)} cases went as planned."
+            verdict=(f"All of this is {part}. " if part else "")
+            + f"{whole} of {run} cases went as planned."
             + (f" {_verdict(study, results)}" if any(one is not None for one in results.values()) else ""),
-            tone="good" if whole == len(study.status) else "notice",
+            tone="notice" if out.any() or part else "good",
             facts={
                 "design": plan.design.replace("_", " ") + (f", {plan.samples} base samples" if plan.samples else ""),
                 "seed": str(plan.seed),
@@ -127,7 +130,7 @@ def _sensitivity(study: StudyTable, results: Mapping[str, Indices | None]) -> li
 def _maps(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
     if len(study.plan.factors) < 2:
         return ""
-    order, body = order_of(study, results), ""
+    order, out, body = order_of(study, results), failed(study), ""
     for measure in study.main_measures():
         i, j = strongest(results.get(measure.name), 2, order)
         (x, x_title), (y, y_title), (z, title) = factor_axis(study, i), factor_axis(study, j), outcome_axis(study, measure)
@@ -144,8 +147,7 @@ def _maps(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
         points["marker"] = {"color": packed(z[known]), "colorscale": "Viridis", "size": 7, "showscale": True, "colorbar": {"thickness": 12}}
         points["text"] = [f"case {k}: {number(v)}" for k, v in zip(np.flatnonzero(known), z[known], strict=True)]
         traces = [points]
-        if (~study.whole).any():
-            out = ~study.whole
+        if out.any():
             words = [f"case {k}: {study.status[k]}" for k in np.flatnonzero(out)]
             cross = {"symbol": "x", "size": 7, "color": "var(--bad)"}
             traces.append({"type": "scattergl", "mode": "markers", "name": "not as planned", "x": packed(x[out]), "y": packed(y[out])})
@@ -210,6 +212,12 @@ def _failures(reasons: Sequence[tuple[str, str, int, int]]) -> list[Section]:
     return [Section(key="failures", title="Did not go as planned", body=body, lead="These cases count in no number above.")]
 
 
+def _lead(study: StudyTable) -> str:
+    all_of_it = "The study's file and --parquet hold all outcomes"
+    cases = len(study.status)
+    return f"{all_of_it}." if cases <= ROWS else f"The first {ROWS} of {cases} cases. {all_of_it} of all of them."
+
+
 def _cases(study: StudyTable) -> str:
     columns = [Column(title="case", numeric=True), Column(title="ended")]
     values = []
@@ -222,7 +230,8 @@ def _cases(study: StudyTable) -> str:
         columns.append(Column(title=title, numeric=True, hint=measure.meaning))
         values.append(one)
     lines: list[list[str | Cell]] = []
-    for n, status in enumerate(study.status):
-        ended = Cell(text=status.replace("_", " "), tone="" if study.whole[n] else "bad")
+    out = failed(study)
+    for n, status in enumerate(study.status[:ROWS]):
+        ended = Cell(text=status.replace("_", " "), tone="bad" if out[n] else "")
         lines.append([Cell(text=str(n), value=n), ended, *(Cell(text=number(float(v[n])), value=float(v[n])) for v in values)])
     return table(columns, lines, key="cases-table", shown=SHOWN)

@@ -67,7 +67,7 @@ def carry_out(
 
     Raises
     ------
-    Whatever a worker raises that is no item's own fault (it has not the same rille).
+    Whatever a worker raises that is no item's own fault (its disk is full, it has not the same rille); what ended by then is kept.
     """
     waiting, taken, done = iter(items), 0, 0
     suspects: deque[Item] = deque()
@@ -102,10 +102,14 @@ def carry_out(
         if not running:
             return taken == count
         ended, _ = wait(running, return_when=FIRST_COMPLETED)
-        if not all([take(batch) for batch in ended]):
+        if not all([take(batch) for batch in sorted(ended, key=_failed)]):  # results first
             for batch in list(running):  # of a process pool they all broke with the one; of a cluster they may be whole
                 take(batch)
             pool.revive()
+
+
+def _failed(batch: Future[Batch[Result]]) -> bool:
+    return batch.cancelled() or batch.exception() is not None
 
 
 def _size(seconds: float, finished: int, left: int, workers: int) -> int:

@@ -4,6 +4,7 @@ import asyncio
 import os
 import pickle
 import signal
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -33,16 +34,19 @@ class Batch(Generic[Result]):
 
 
 class LocalPool(Generic[Item, Result]):
-    """Processes that end with this one, and leave Ctrl-C to it."""
+    """Processes that end with this one, and leave Ctrl-C to it. Their temporary files lie in one folder, which goes with them: they are
+    ended from outside and tidy nothing.
+    """
 
     deaths: tuple[type[BaseException], ...] = (BrokenProcessPool,)
 
     def __init__(self, work: Work[Item, Result], size: int) -> None:
         self._work, self.size = pickle.dumps(work), size
+        self._folder = tempfile.TemporaryDirectory(prefix="rille-workers-")
         self._executor = self._started()
 
     def _started(self) -> ProcessPoolExecutor:
-        given = (self._work, os.getpid())
+        given = (self._work, os.getpid(), self._folder.name)
         return ProcessPoolExecutor(self.size, mp_context=get_context("spawn"), initializer=_begin, initargs=given)
 
     def submit(self, items: Sequence[Item]) -> "Future[Batch[Result]]":
@@ -56,11 +60,15 @@ class LocalPool(Generic[Item, Result]):
 
     def revive(self) -> None:
         """New processes for dead ones."""
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        self._end()
         self._executor = self._started()
 
     def close(self) -> None:
         """End the processes; what they have begun is lost."""
+        self._end()
+        self._folder.cleanup()
+
+    def _end(self) -> None:
         workers = list((self._executor._processes or {}).values())
         self._executor.shutdown(wait=False, cancel_futures=True)
         for worker in workers:
@@ -69,9 +77,10 @@ class LocalPool(Generic[Item, Result]):
             worker.join()
 
 
-def _begin(work: bytes, parent: int) -> None:
+def _begin(work: bytes, parent: int, folder: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent(signal.SIGKILL, parent)
+    tempfile.tempdir = folder
     _work[:] = [pickle.loads(work)]
 
 

@@ -181,4 +181,4 @@ def _draw(job: Path, words: Path, progress: Callable[[float], None]) -> None:
 def _numbered(target: Path, stills: Array) -> list[Path]:
     if len(stills) == 1:
         return [target]
-    return [target.with_name(f"{target.stem}-{time:g}s{target.suffix}") for time in stills]
+    return [target.with_name(f"{target.stem}-{time:.12g}s{target.suffix}") for time in stills]

@@ -14,12 +14,6 @@ from rille.view.scene3d.machine import add_bodies, axle
 
 Array = NDArray[np.float64]
 GRAVITY_UNKNOWN = 9.80665
-QUANTITIES = {
-    **{"part.position": "m", "part.orientation": "-"},
-    **{"joint.position": "rad or m", "joint.velocity": "rad/s or m/s", "joint.effort": "N m or N", "joint.work": "J"},
-    **{"wheel.slip_ratio": "-", "wheel.slip_angle": "rad", "wheel.sinkage": "m", "wheel.normal_load": "N"},
-    **{"wheel.drawbar_pull": "N", "wheel.side_force": "N", "wheel.drive_torque": "N m"},
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,10 +53,8 @@ def scene_glb(rover: Rover, terrain: Terrain | None, view: View) -> bytes:
     return glb.to_bytes()
 
 
-def layout(
-    rover: Rover, view: View, *, title: str, gravity: float = GRAVITY_UNKNOWN, step: float = 1e-3, duration: float = 0.0
-) -> dict[str, Any]:
-    """Names and order of the numbers of a state, and what the page must know of them. gravity [m/s^2], step, duration [s]."""
+def layout(rover: Rover, view: View, *, title: str, gravity: float = GRAVITY_UNKNOWN, step: float = 1e-3) -> dict[str, Any]:
+    """Names and order of the numbers of a state, and what the page must know of them. gravity [m/s^2], step [s]."""
     carried = {joint.child for joint in rover.joints}
     single = [joint for joint in rover.joints if joint.kind in ("hinge", "prismatic")]
     limits = {joint.name: joint.limit for joint in rover.joints}
@@ -77,7 +69,6 @@ def layout(
         "origin": list(view.origin),
         "gravity": gravity,
         "step": step,
-        "duration": duration,
         "sun": list(SUN),
         "weight": gravity * sum(body.properties.mass for body in rover.bodies),
         "bodies": [{"name": body.name, "root": body.name not in carried} for body in rover.bodies],
@@ -96,7 +87,6 @@ def layout(
             }
             for drive in rover.drives
         ],
-        "quantities": QUANTITIES,
     }
 
 

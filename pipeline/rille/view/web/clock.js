@@ -6,8 +6,8 @@ export class Clock extends Listeners {
     super();
     Object.assign(this, { start, end, time: start, speed: 1, playing: false, live, following: live });
   }
-  seek(t, { keep = false } = {}) {
-    if (this.live && !keep) this.#follow(false);
+  seek(t) {
+    if (this.live) this.#follow(false);
     this.#set(clamp(t, this.start, this.end));
   }
   play() {

@@ -48,14 +48,13 @@ export class Drive {
         element("label", { class: "row" }, element("span", { text: "top speed" }), this.power, this.powerText), this.told)),
       this.gamepad,
       element("h2", { text: "Drives" }),
-      ...layout.drives?.length ? layout.drives.map(drive => this.#slider(drive)) : [element("p", { class: "hint", text: "This machine has no drives." })]);
+      ...layout.drives?.length ? layout.drives.map(drive => this.#slider(drive, layout.joints.some(joint => joint.name === drive.joint && joint.kind === "prismatic"))) : [element("p", { class: "hint", text: "This machine has no drives." })]);
     this.hint = element("p", { class: "hint take" });
     place.append(this.hint, this.fields);
   }
 
-  #slider(drive) {
-    const low = drive.mode === "position" ? drive.lower ?? -Math.PI : drive.mode === "torque" ? -drive.max_torque : -(drive.max_speed ?? 10);
-    const high = drive.mode === "position" ? drive.upper ?? Math.PI : -low, unit = { speed: "rad/s", torque: "N m", position: "rad" }[drive.mode] ?? "";
+  #slider(drive, slides) { // slides: its joint does not turn
+    const [low, high] = rangeOf(drive, slides), unit = (slides ? { speed: "m/s", torque: "N", position: "m" } : { speed: "rad/s", torque: "N m", position: "rad" })[drive.mode] ?? "";
     const input = element("input", { type: "range", min: low, max: high, step: (high - low) / 200, value: "0", "aria-label": `${drive.name}: ${drive.mode} [${unit}]` });
     const output = element("output", { text: "–" });
     let waiting = null;
@@ -80,7 +79,8 @@ export class Drive {
       if (!pad?.connected) continue;
       this.gamepad.textContent = `Gamepad: ${pad.id}`;
       const dead = v => Math.abs(v) < 0.15 ? 0 : v;
-      forward = -dead(pad.axes[1] ?? 0); turn = -dead(pad.axes[2] ?? 0) || -dead(pad.axes[0] ?? 0);
+      const right = pad.mapping === "standard" ? pad.axes[2] : 0; // elsewhere it may be a trigger, which rests at -1
+      forward = -dead(pad.axes[1] ?? 0); turn = -dead(right ?? 0) || -dead(pad.axes[0] ?? 0);
       if (forward || turn) break;
     }
     return [clamp(forward, -1, 1), clamp(turn, -1, 1)];
@@ -106,3 +106,8 @@ function fastestOf(layout) { // [m/s] that the slowest driven wheel can
   return Number.isFinite(least) ? least : 0.2;
 }
 function widthOf(layout) { return Math.max(0.3, 6 * Math.max(0.05, ...(layout.wheels ?? []).map(wheel => wheel.radius))); }
+function rangeOf({ mode, lower, upper, max_torque, max_speed }, slides) { // of a drive's set value; where the model gives no bound: half a turn or a metre, 10 rad/s or 1 m/s
+  const far = slides ? 1 : Math.PI, most = mode === "torque" ? max_torque : max_speed ?? (slides ? 1 : 10);
+  if (mode !== "position") return [-most, most];
+  return [lower ?? Math.min(-far, (upper ?? 0) - far), upper ?? Math.max(far, (lower ?? 0) + far)];
+}

@@ -85,7 +85,7 @@ export class Figure {
   }
 
   #stroke(pen, points) {
-    let open = false, seen = 0;
+    let open = false;
     pen.beginPath();
     for (let k = 0; k < points.length; k++) {
       const [t, a, b] = points[k], x = this.xAt(t);
@@ -93,10 +93,9 @@ export class Figure {
       if (open) pen.lineTo(x, this.yAt(a)); else pen.moveTo(x, this.yAt(a));
       if (b !== a) pen.lineTo(x, this.yAt(b));
       if (!open && !Number.isFinite(points[k + 1]?.[1] ?? NaN)) pen.lineTo(x + 0.6, this.yAt(b)); // a sample alone
-      open = true; seen++;
+      open = true;
     }
     pen.stroke();
-    return seen;
   }
 
   #axes(pen) {

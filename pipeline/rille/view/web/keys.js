@@ -9,9 +9,9 @@ export class Keys {
     addEventListener("keydown", event => this.#pressed(event));
     addEventListener("click", event => { if (event.detail) event.target.closest?.("button")?.blur(); }); // clicked by mouse: space is not its key then
   }
-  on(keys, text, act, { shown = keys } = {}) { // keys: event.key values
+  on(keys, text, act) { // keys: event.key values
     for (const key of keys) this.of.set(key, act);
-    this.rows.push([shown, text]);
+    this.rows.push([keys, text]);
   }
   tell(shown, text) { this.rows.push([shown, text]); }
   #pressed(event) {

@@ -33,7 +33,7 @@ export class Live {
   constructor(layout, scene) {
     this.shape = new Shape(layout); this.track = new Track(this.shape, "live"); this.clock = new Clock(0, 0, true); this.status = { state: "ready", time: 0, speed: 1, commander: null, saves: [] };
     this.room = Math.max(600, Math.min(MOST_FRAMES, Math.floor(MOST_BYTES / (4 * this.shape.size + 8))));
-    this.rate = 0; this.frames = 0; this.real = null;
+    this.rate = 0; this.frames = 0; this.real = null; this.anew = false; this.heard = []; // anew: the next frame is another run's; heard: events since the newest frame or status
     this.viewer = new Viewer(this.shape, scene, [this.track], this.clock, "single");
     const { tabs, keys } = this.viewer;
     this.link = new Link();
@@ -68,8 +68,9 @@ export class Live {
 
   #frame(time, state) {
     if (state.length !== this.shape.size) { banner("The server now shows another model; load this page again.", "bad"); return; }
-    const how = this.track.push(time, state, this.room);
-    this.frames++;
+    if (this.anew) this.track.clear();
+    const pushed = this.track.push(time, state, this.room), how = this.anew ? "back" : pushed;
+    this.anew = false; this.heard = []; this.frames++;
     if (how === "same") return;
     if (how === "back") this.track.events = this.track.events.filter(event => event.time <= time);
     this.viewer.grown(how === "back");
@@ -79,7 +80,8 @@ export class Live {
   }
 
   #event({ time, event, subject, message }) {
-    this.track.events = [...this.track.events.slice(-MOST_EVENTS), { time, kind: event, subject, message }];
+    const told = { time, kind: event, subject, message };
+    this.track.events = [...this.track.events.slice(-MOST_EVENTS), told]; this.heard.push(told);
     this.viewer.timeline.ends();
     toast(`${seconds(time)} s · ${message || `${spoken(event)} ${subject}`}`, "event");
   }
@@ -90,7 +92,8 @@ export class Live {
       const span = (now - this.real[0]) / 1000;
       if (span > 0.8) { this.rate = (status.time - this.real[1]) / span; this.hertz = (this.frames - this.real[2]) / span; this.real = [now, status.time, this.frames]; }
     } else { this.real = [now, status.time, this.frames]; if (status.state !== "running") this.rate = 0; }
-    this.status = status;
+    if (was.run_id !== undefined && status.run_id !== was.run_id) { this.anew = true; this.track.events = this.heard; } // a run's first events come before its status
+    this.status = status; this.heard = [];
     if (status.asked_by && status.asked_by !== was.asked_by && this.mine) toast(`${status.asked_by} asks for the command.`, "event");
     if (status.state === "ended" && was.state !== "ended" && status.outcome) toast(`The run has ended: ${spoken(status.outcome)}${status.message ? `. ${status.message}` : ""}`, "event");
     if (was.commander !== status.commander && this.mine) toast("You have the command.", "good");

@@ -40,20 +40,26 @@ export class Objects {
     this.watched.push(watched); this.list.prepend(form); this.#read();
   }
   async #set(watched) { // fields left empty keep their value
-    const values = watched.inputs.map((input, k) => input.value === "" ? watched.now[k] : Number(input.value));
-    if (!values.every(Number.isFinite)) { this.live.say("Wait until the present values are read, or fill every field.", "bad"); return; }
+    const given = watched.inputs.map(input => input.value);
+    try {
+      if (given.includes("")) await this.#look(watched); // what was read before may be half a second old
+    } catch (error) { this.live.say(`The present values cannot be read: ${error.message} Fill every field.`, "bad"); return; }
+    const values = given.map((text, k) => text === "" ? watched.now[k] : Number(text));
+    if (!values.every(Number.isFinite)) { this.live.say("Not all present values are known; fill every field.", "bad"); return; }
     const answer = await this.live.ask("set", { quantity: watched.entry.quantity, target: watched.entry.target, values });
     if (answer.accepted) { for (const input of watched.inputs) input.value = ""; this.#read(); }
   }
   async #read() {
     if (!this.watched.length || !this.place.offsetParent || this.reading) return;
     this.reading = true;
-    try {
-      for (const watched of this.watched) {
-        const { values } = await asked(`api/objects/${encodeURIComponent(watched.entry.quantity)}/${encodeURIComponent(watched.entry.target)}`);
-        watched.now = values;
-        watched.values.forEach((output, k) => { output.textContent = short(values[k], 5); });
-      }
-    } catch { /* the line's own sentence tells */ } finally { this.reading = false; }
+    for (const watched of this.watched) {
+      try { await this.#look(watched); } catch { for (const output of watched.values) output.textContent = "–"; } // why, the line's own sentence tells
+    }
+    this.reading = false;
+  }
+  async #look(watched) {
+    const { values } = await asked(`api/objects/${encodeURIComponent(watched.entry.quantity)}/${encodeURIComponent(watched.entry.target)}`);
+    watched.now = values;
+    watched.values.forEach((output, k) => { output.textContent = short(values[k], 5); });
   }
 }

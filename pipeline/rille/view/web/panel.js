@@ -76,15 +76,15 @@ function speedOf(track, t) {
 }
 
 export class Events {
-  constructor(place, tracks, clock) { Object.assign(this, { place, tracks, clock, told: -1 }); this.list = element("ol", { class: "events" }); place.append(this.list); }
+  constructor(place, tracks, clock) { Object.assign(this, { place, tracks, clock, told: [] }); this.list = element("ol", { class: "events" }); place.append(this.list); }
   show() {
-    const count = this.tracks.reduce((sum, track) => sum + track.events.length, 0);
-    if (count === this.told || !this.place.offsetParent) return;
-    this.told = count;
+    const lists = this.tracks.map(track => track.events);
+    if (lists.every((list, run) => list === this.told[run]) || !this.place.offsetParent) return;
+    this.told = lists;
     const all = this.tracks.flatMap((track, run) => track.events.map(event => ({ ...event, run }))).sort((a, b) => this.clock.live ? b.time - a.time : a.time - b.time).slice(0, 2000);
     this.list.replaceChildren(...all.map(event => element("li", {}, element("button", { type: "button", class: "row", on: { click: () => this.clock.seek(event.time) } },
       element("time", { text: `${seconds(event.time)} s` }), element("b", { text: spoken(event.kind) }),
       element("span", { text: [this.tracks.length > 1 ? this.tracks[event.run].label : "", event.subject, event.message].filter(Boolean).join(" · ") })))));
-    if (!count) this.list.append(element("li", { class: "hint", text: "No events." }));
+    if (!all.length) this.list.append(element("li", { class: "hint", text: "No events." }));
   }
 }

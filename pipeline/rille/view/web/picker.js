@@ -3,7 +3,7 @@ import { element } from "./util.js";
 
 let picked = 0;
 
-export function picker({ label, placeholder, find, chosen, keep = false }) { // find(text) -> [{label, hint, value}]
+export function picker({ label, placeholder, find, chosen }) { // find(text) -> [{label, hint, value}]
   const id = `picker-${picked++}`;
   const input = element("input", { type: "search", placeholder, role: "combobox", "aria-label": label, "aria-expanded": "false", "aria-controls": id, "aria-autocomplete": "list", autocomplete: "off", spellcheck: "false" });
   const list = element("ul", { role: "listbox", id, hidden: true });
@@ -27,7 +27,7 @@ export function picker({ label, placeholder, find, chosen, keep = false }) { // 
   function choose(k) {
     const option = options[k];
     if (!option) return;
-    input.value = keep ? option.label : "";
+    input.value = "";
     close(); chosen(option.value);
   }
   input.addEventListener("input", open);

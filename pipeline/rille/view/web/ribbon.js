@@ -3,7 +3,7 @@ import { THREE } from "./three.js";
 
 export class Ribbon {
   constructor(group, { opacity = 0.85, colour = null, order = 1 } = {}) {
-    this.count = 0; this.room = 256; this.breaks = new Set(); this.dirty = false; this.place = new Float32Array(6 * this.room); this.tone = new Float32Array(6 * this.room);
+    this.count = 0; this.room = 256; this.dirty = false; this.place = new Float32Array(6 * this.room); this.tone = new Float32Array(6 * this.room);
     this.index = new Uint32Array(6 * this.room);
     this.geometry = new THREE.BufferGeometry();
     this.material = new THREE.MeshBasicMaterial({

@@ -22,8 +22,6 @@ export class Shape {
     this.held = !this.bodies.some(body => body.root); // by the world
     this.root = Math.max(0, this.bodies.findIndex(body => body.root));
     this.origin = layout.origin ?? [0, 0, 0];
-    this.gravity = layout.gravity ?? 9.81;
-    this.quantities = layout.quantities ?? {};
     this.layout = layout;
   }
   body(i) { return 7 * i; }

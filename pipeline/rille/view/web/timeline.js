@@ -30,7 +30,7 @@ export class Timeline {
     clock.seek(track.time[clamp(i + (frames < 0 && inside ? frames + 1 : frames), 0, track.count - 1)]);
   }
   quicker(steps) {
-    const near = SPEEDS.reduce((best, s, k) => Math.abs(Math.log(s / this.clock.speed)) < Math.abs(Math.log(SPEEDS[best] / this.clock.speed)) ? k : best, 0);
+    const away = s => Math.abs(Math.log(s / Number(this.speed.value))), near = SPEEDS.reduce((best, s, k) => away(s) < away(SPEEDS[best]) ? k : best, 0);
     const next = SPEEDS[clamp(near + steps, 0, SPEEDS.length - 1)];
     this.speed.value = String(next); this.speed.dispatchEvent(new Event("change"));
   }

@@ -30,6 +30,7 @@ export class Track {
     return out;
   }
 
+  clear() { this.count = 0; this.version++; }
   push(time, state, room) { // live: "same" where nothing is new, "back" where the session went back or the rover was placed, else "on"
     let back = false;
     if (this.count && time <= this.end) {

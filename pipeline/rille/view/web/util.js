@@ -1,7 +1,6 @@
 // Small helpers: elements, numbers, listeners. Texts become text nodes only, never HTML.
 export const byId = id => document.getElementById(id);
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
-export const mix = (a, b, u) => a + (b - a) * u;
 export const smooth = (low, high, value) => { const u = clamp((value - low) / (high - low), 0, 1); return u * u * (3 - 2 * u); };
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
 

@@ -90,7 +90,14 @@ export class World {
     this.labels.show(this.state, camera, left, width, height, { wheels: this.shown.labels && this.known, title: this.known, centre: this.rover.centre, radius: this.rover.radius });
   }
   yaw() { return angles(this.state, this.shape.body(this.shape.root) + 3)[2]; }
-  dispose() { this.labels.box.remove(); this.group.removeFromParent(); }
+  dispose() { // what it holds on the graphics card, too; what it shares with other worlds is uploaded again when they draw it
+    this.labels.box.remove(); this.group.removeFromParent();
+    this.group.traverse(part => {
+      part.geometry?.dispose();
+      for (const material of [].concat(part.material ?? [])) material.dispose();
+      if (part.isInstancedMesh) part.dispose();
+    });
+  }
 }
 
 function findGrid(part) { // numbers of the grid stand on the node or its parent

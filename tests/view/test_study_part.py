@@ -1,0 +1,63 @@
+"""A study that is not finished is one of a part of its design: what waits has not failed."""
+
+import re
+
+import numpy as np
+import pytest
+
+from rille.model.study import StudyTable
+from rille.study import design_cases
+from rille.view import study_figures, study_report
+from rille.view.study_words import failed, part_of
+from study.function_studies import angles, plan
+
+
+def table(*status):
+    """Cases of y = x1 that ended so."""
+    asked = plan("latin_hypercube", len(status), angles(2))
+    values = np.array([case.values for case in design_cases(asked, 2, 10_000)])
+    return StudyTable(plan=asked, values=values, outcomes=values[:, :1], status=status, reason=("",) * len(status))
+
+
+def page(study, folder):
+    """The page of a study without indices, and with no reasons."""
+    return study_report.write_study_report(folder / "s.html", study, {"y": None}, [], {}, []).read_text(encoding="utf-8")
+
+
+def test_what_waits_has_not_failed(tmp_path):
+    study = table("done", "waiting", "diverged", "done", "waiting")
+    assert failed(study).tolist() == [False, False, True, False, False]
+    assert part_of(study) == "of a part of the design (3 of 5 cases)"
+    text = page(study, tmp_path)
+    assert "of a part of the design (3 of 5 cases)" in text
+    assert "2 of 3 cases went as planned" in text
+
+
+def test_a_study_that_is_finished_says_nothing_of_parts(tmp_path):
+    study = table("done", "done", "diverged")
+    assert part_of(study) == ""
+    text = page(study, tmp_path)
+    assert "part of the design" not in text
+    assert "2 of 3 cases went as planned" in text
+
+
+@pytest.mark.parametrize(("status", "crosses"), [("waiting", 0), ("diverged", 3)])
+def test_crosses_are_cases_that_failed(tmp_path, monkeypatch, status, crosses):
+    """The marks that the map draws with an x, and its title."""
+    drawn = []
+    canvas = study_figures.empty_canvas
+    monkeypatch.setattr(study_figures, "empty_canvas", lambda *size: drawn.append(canvas(*size)) or drawn[-1])
+    study_figures.draw_study(tmp_path, table("done", "done", *[status] * 3), {}, [])
+    figure = drawn[0]
+    marks = [line for axis in figure.axes for line in axis.lines if line.get_marker() == "x"]
+    assert sum(len(line.get_xdata()) for line in marks) == crosses
+    title = figure.get_suptitle()
+    assert ("part of the design (2 of 5 cases)" in title) == (status == "waiting")
+    assert ("3 cases that did not go as planned" in title) == (status == "diverged")
+
+
+def test_a_page_holds_2000_cases_and_says_so(tmp_path):
+    text = page(table(*["done"] * 2100), tmp_path)
+    assert "The first 2000 of 2100 cases" in text
+    rows = re.findall(r"<tr[ >]", text[text.index("cases-table") :])
+    assert 2000 <= len(rows) <= 2001
