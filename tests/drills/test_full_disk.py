@@ -154,12 +154,13 @@ def test_a_study_that_finds_no_room_keeps_what_is_done_and_goes_on(make_model, t
         )
         command = [RILLE, "sweep", str(sheet), "-o", str(study), "--workers", "1"]
         environment = {**os.environ, "TMPDIR": str(temporary)}
+        filler = temporary / "filler"
+        filler.touch()  # while there is room for its name
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
         deadline = time.monotonic() + 60
         while time.monotonic() < deadline and not (study.exists() and "done" in store.read_study(study).status):
             time.sleep(0.01)
-        filler = temporary / "filler"
-        with filler.open("wb") as file, contextlib.suppress(OSError):
+        with contextlib.suppress(OSError), filler.open("ab") as file:
             while True:
                 file.write(bytes(1 << 16))
                 file.flush()
