@@ -85,7 +85,8 @@ def changed_soil(soil: Soil, setting: Setting) -> Soil:
                 values[name] = values.get(name, float(getattr(soil, name))) * factor
             for parameter, offset in parameter_offsets(term).items():
                 name = parameter.rpartition(".")[2]
-                values[name] = values.get(name, float(getattr(soil, name))) + offset
+                # An offset that reaches a bound must not pass it by a rounding: the solver refuses that.
+                values[name] = round(values.get(name, float(getattr(soil, name))) + offset, 14)
     return replace(soil, **values) if values else soil  # pyright: ignore[reportArgumentType]
 
 

@@ -13,6 +13,7 @@ ITERATIONS = 20
 LEAST_SAMPLES = 20
 LARGEST_ERROR = 0.5  # of a gain: the noise alone must allow a smaller one
 LONGEST, LONGEST_TIME = 0.25, 1.0  # of a window, and [s]: the largest delay that is tried
+TELLABLE = 1e7  # condition of the columns of a fit, above which their coefficients are rounding
 
 
 def lag_fit(pooled: Pooled) -> tuple[LagFit, float]:
@@ -101,6 +102,9 @@ class _Signal:
             columns = [1 / self._noise[inside], self.at(delay)[inside], -rate] if gain else [-rate]
             design = np.stack(columns, axis=1)
             if np.count_nonzero(inside) < LEAST_SAMPLES or not np.any(rate):
+                return np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
+            length = np.linalg.norm(design, axis=0)
+            if gain and (not length.all() or np.linalg.cond(design / length) > TELLABLE):  # a ramp: what follows would be rounding
                 return np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
             coefficients, covariance = regression(design, difference[inside], self._block[inside])
             scale = 1 + coefficients[1] if gain else 1.0
