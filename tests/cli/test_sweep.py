@@ -144,13 +144,19 @@ def test_another_sheet_does_not_mix_with_what_is_there(model, tmp_path):
     assert "energy" in json.dumps(shown)
 
 
-def test_a_study_of_another_rille_is_not_gone_on_with(model, tmp_path):
-    """Two solvers' numbers do not mix, neither in a file nor on a cluster."""
+def meddled(model, tmp_path, statement):
+    """A finished study of three cases in which somebody has executed a statement: its file and its sheet."""
     study, path = tmp_path / "study.db", sheet(tmp_path, model, 3)
     assert rille("sweep", path, "-o", study, "--workers", "1").returncode == 0
     with closing(sqlite3.connect(study)) as connection:
-        connection.execute("UPDATE study SET version = '0.0.1'")
+        connection.execute(statement)
         connection.commit()
+    return study, path
+
+
+def test_a_study_of_another_rille_is_not_gone_on_with(model, tmp_path):
+    """Two solvers' numbers do not mix, neither in a file nor on a cluster."""
+    study, path = meddled(model, tmp_path, "UPDATE study SET version = '0.0.1'")
     assert_refused(rille("sweep", path, "-o", study, "--workers", "1"), "0.0.1", __version__, "--force")
     assert rille("sweep", path, "-o", study, "--workers", "1", "--force").returncode == 0
     work = prepare(read_study_sheet(path), tmp_path, lambda what, fraction: None).work
@@ -160,11 +166,7 @@ def test_a_study_of_another_rille_is_not_gone_on_with(model, tmp_path):
 
 
 def test_a_damaged_study_is_refused_and_begun_anew_by_force(model, tmp_path):
-    study, path = tmp_path / "study.db", sheet(tmp_path, model, 3)
-    assert rille("sweep", path, "-o", study, "--workers", "1").returncode == 0
-    with closing(sqlite3.connect(study)) as connection:
-        connection.execute("DELETE FROM study")
-        connection.commit()
+    study, path = meddled(model, tmp_path, "DELETE FROM study")
     for verb in (("run", path, "-o", study), ("show", study)):
         assert_refused(rille("sweep", *verb), "damaged", "--force")
     assert rille("sweep", path, "-o", study, "--workers", "1", "--force").returncode == 0

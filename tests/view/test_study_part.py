@@ -8,7 +8,7 @@ import pytest
 from rille.model.study import StudyTable
 from rille.study import design_cases
 from rille.view import study_figures, study_report
-from rille.view.study_words import failed, part_of
+from rille.view.study_words import part_of
 from study.function_studies import angles, plan
 
 
@@ -26,7 +26,7 @@ def page(study, folder):
 
 def test_what_waits_has_not_failed(tmp_path):
     study = table("done", "waiting", "diverged", "done", "waiting")
-    assert failed(study).tolist() == [False, False, True, False, False]
+    assert study.failed.tolist() == [False, False, True, False, False]
     assert part_of(study) == "of a part of the design (3 of 5 cases)"
     text = page(study, tmp_path)
     assert "of a part of the design (3 of 5 cases)" in text

@@ -51,7 +51,6 @@ def layout(chassis: str = "chassis") -> dict:
         "title": "Small rover, crater field",
         "origin": list(ORIGIN),
         "gravity": 1.62,
-        "step": 0.001,
         "sun": SUN.tolist(),
         "bodies": [{"name": chassis, "root": True}, *({"name": name, "root": False} for name in wheels)],
         "joints": [{"name": f"axle_{name}", "kind": "hinge", "lower": None, "upper": None} for name in PLACES],

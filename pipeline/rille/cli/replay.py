@@ -115,7 +115,6 @@ class _Show:
             self.view,
             title=self.title,
             gravity=scene3d.gravity_of(scenario),
-            step=self.trace.step,
         )
 
     def _other(self, database: Path, against: str) -> tuple[Any, str, list[Any]]:

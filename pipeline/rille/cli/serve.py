@@ -53,7 +53,7 @@ def serve(
     terrain = None if base.terrain is None else store.read_terrain(database, base.terrain)
     view = scene3d.view_of(terrain, np.array([base.start.position]), REACH)
     title = f"{database.stem}: {base.name}"
-    layout = scene3d.layout(rover, view, title=title, gravity=scene3d.gravity_of(base), step=base.step)
+    layout = scene3d.layout(rover, view, title=title, gravity=scene3d.gravity_of(base))
     show = Show(page=scene3d.live_page(), scene=scene3d.scene_glb(rover, terrain, view), layout=layout)
     hooked = None if hooks is None else live.read_hooks(hooks, base.step, say)
     session = Session(live_stage(database, base, rover, view.origin), hooked)

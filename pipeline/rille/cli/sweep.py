@@ -228,6 +228,6 @@ def _show(path: Path, figures: Path | None, parquet: Path | None, as_json: bool)
         print("\n".join(lines_of(table, results)))
     for file in files:
         say(f"wrote {file}")
-    if "waiting" in table.status:
-        say(f"{table.status.count('waiting')} cases are still waiting; `rille sweep run` goes on")
+    if table.waiting.any():
+        say(f"{table.waiting.sum()} cases are still waiting; `rille sweep run` goes on")
     say(f"all cases are in {path} (view result)")

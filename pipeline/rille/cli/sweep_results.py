@@ -58,8 +58,13 @@ def _line(table: StudyTable, measure: Measure, one: Indices | None) -> str:
     title = f"{measure.name:<32} {measure.unit:<6}"
     if len(values) == 0:
         return f"{title} {'no values':>10}"
-    numbers = (values.min(), np.median(values), values.mean(), values.max(), values.std(ddof=1) if len(values) > 1 else 0.0)
+    numbers = (values.min(), np.median(values), values.mean(), values.max(), _deviation(values))
     return f"{title} " + " ".join(f"{number:10.4g}" for number in numbers) + f"   {_strongest(table, measure.name, one)}"
+
+
+def _deviation(values: NDArray[np.float64]) -> float:
+    """Standard deviation of what the cases are a sample of; 0 of a single one."""
+    return float(values.std(ddof=1)) if len(values) > 1 else 0.0
 
 
 def _strongest(table: StudyTable, outcome: str, one: Indices | None) -> str:
@@ -82,13 +87,10 @@ def json_of(table: StudyTable, results: Mapping[str, Indices | None]) -> dict[st
         quantiles = np.quantile(known, [0.05, 0.5, 0.95])
         return {
             "cases": len(known),
-            **dict(
-                zip(
-                    ("min", "mean", "max", "sd"),
-                    map(float, (known.min(), known.mean(), known.max(), known.std(ddof=1) if len(known) > 1 else 0.0)),
-                    strict=True,
-                )
-            ),
+            "min": float(known.min()),
+            "mean": float(known.mean()),
+            "max": float(known.max()),
+            "sd": _deviation(known),
             **dict(zip(("q05", "median", "q95"), map(float, quantiles), strict=True)),
         }
 

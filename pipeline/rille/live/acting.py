@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rille.live.driving import set_values
+from rille.live.driving import steer
 from rille.live.hooks import Hooks, Steering
 from rille.live.request import Drive, Load, Malformed, Pause, Place, Request, Reset, Save, Set, Speed, Start, Steer, Step, Stop
 from rille.live.stage import Opened, Stage, SteeredRun
@@ -87,10 +87,13 @@ class Acting:
     def _hooks_sentence(self) -> str:
         return (self._session.hooks.stopped or "") if self._session.hooks is not None else ""
 
-    def _change(self, open_other: Callable[[], Opened]) -> None:
-        """End this run and go on with another, if that can be opened; else raise InputRefused, and nothing has happened."""
+    def _change(self, open_other: Callable[[], Opened], log: Callable[[], None] = lambda: None) -> None:
+        """End this run and go on with another, if that can be opened; else raise InputRefused, and nothing has happened. log : writes into
+        the run that ends.
+        """
         self.flush()
         opened = open_other()
+        log()
         self._session.forget_later()
         self.close()
         self.open(opened)
@@ -106,18 +109,13 @@ class Acting:
 
     def _done(self, request: Request, log: Callable[[], None]) -> str:
         session = self._session
-
-        def logged(opened: Opened) -> Opened:
-            log()
-            return opened
-
         match request:
             case Reset():
-                self._change(lambda: logged(self._stage.fresh(self._place)))
+                self._change(lambda: self._stage.fresh(self._place), log)
             case Load(name=name):
                 if name not in self.saves:
                     return f"no state was saved as '{name}' on this ground, with this gravity and step"
-                self._change(lambda: logged(self._stage.loaded(name)))
+                self._change(lambda: self._stage.loaded(name), log)
             case Speed(factor=factor):
                 session.speed = factor
                 session.anchor()
@@ -137,10 +135,7 @@ class Acting:
             case Drive(drive=drive, value=value):
                 self.run.command(drive, value)
             case Steer(forward=forward, turn=turn, lasts=lasts):
-                if not self._stage.wheels:
-                    return "the model has no driven wheels to steer; set its drives one by one"
-                for drive, value in set_values(self._stage.wheels, forward, turn).items():
-                    self.run.command(drive, value)
+                steer(self.run.command, self._stage.wheels, forward, turn)
                 self._lapses = None if lasts is None or not (forward or turn) else (clock.perf_counter() + lasts, request.sender)
             case Set(quantity=quantity, target=target, values=values):
                 self.run.change(quantity, target, values)

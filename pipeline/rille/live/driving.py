@@ -5,10 +5,10 @@ ahead. A wheel that can be steered points along u and rolls with |u|; one that c
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from rille.model import Joint, Rover
+from rille.model import InputRefused, Joint, Rover
 
 UPRIGHT = 0.9  # cosine of a steering axis with the vertical, at least
 SHY = 0.02  # [rad] that steering stays away from its stops
@@ -70,6 +70,19 @@ def _steering_joint(carried_by: dict[str, Joint], joint: Joint, steered: set[str
             return above
         above = carried_by.get(above.parent or "")
     return None
+
+
+def steer(command: Callable[[str, float], None], wheels: Sequence[DrivenWheel], forward: float, turn: float) -> None:
+    """Command drives to a forward speed [m/s] and a turn rate [rad/s, to the left] of the rover; command : drive, set value.
+
+    Raises
+    ------
+    InputRefused : if no wheel is driven.
+    """
+    if not wheels:
+        raise InputRefused("the model has no driven wheels to steer; set its drives one by one")
+    for drive, value in set_values(wheels, forward, turn).items():
+        command(drive, value)
 
 
 def set_values(wheels: Sequence[DrivenWheel], forward: float, turn: float) -> dict[str, float]:

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rille.live.driving import DrivenWheel, set_values
+from rille.live.driving import DrivenWheel, steer
 from rille.live.stage import SteeredRun
 from rille.model import Event, InputRefused
 
@@ -101,10 +101,7 @@ class Steering:
 
     def steer(self, forward: float, turn: float = 0.0) -> None:
         """Forward speed [m/s] and turn rate [rad/s, to the left] of the rover. Raises InputRefused if it has no driven wheels."""
-        if not self.wheels:
-            raise InputRefused("the model has no driven wheels to steer; set its drives one by one")
-        for drive, value in set_values(self.wheels, forward, turn).items():
-            self.run.command(drive, value)
+        steer(self.run.command, self.wheels, forward, turn)
 
     def set(self, quantity: str, target: str, values: Sequence[float]) -> None:
         """Put a joint or the root elsewhere [SI, in W]."""

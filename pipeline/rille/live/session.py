@@ -65,6 +65,10 @@ class _Asked:
     sender: str | None
     answer: "Future[Answer]" = field(default_factory=Future)
 
+    def read(self) -> Request | Malformed:
+        """The request, or what is wrong with it."""
+        return self.text if isinstance(self.text, Request) else read_request(self.text)
+
 
 class Session:
     """Steers runs by requests."""
@@ -187,8 +191,7 @@ class Session:
             if not isinstance(asked, _Asked):
                 asked()
                 continue
-            request = asked.text if isinstance(asked.text, Request) else read_request(asked.text)
-            self._reply(asked, request, self.message, self._acting.time)
+            self._reply(asked, asked.read(), self.message, self._acting.time)
 
     def _listen(self) -> bool:
         """Do what was asked; without anything to simulate wait for it. False: the end."""
@@ -209,7 +212,7 @@ class Session:
         return True
 
     def _answer(self, asked: _Asked) -> None:
-        request = asked.text if isinstance(asked.text, Request) else read_request(asked.text)
+        request = asked.read()
         refused = request.sentence if isinstance(request, Malformed) else self._judge(request, asked.sender)
         if not refused and isinstance(request, Request):
             if request.time is not None and request.time > self._acting.time + 0.5 * self.stage.step:

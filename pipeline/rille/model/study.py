@@ -160,6 +160,16 @@ class StudyTable:
         """(cases,) cases that went as planned."""
         return np.array([status in WHOLE for status in self.status], dtype=bool)
 
+    @property
+    def waiting(self) -> NDArray[np.bool_]:
+        """(cases,) cases that were not run yet."""
+        return np.array([status == "waiting" for status in self.status], dtype=bool)
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """(cases,) cases that were run and did not go as planned."""
+        return ~self.whole & ~self.waiting
+
     def outcome(self, name: str) -> Array:
         """(cases,) an outcome; NaN for cases that did not go as planned."""
         names = [measure.name for measure in self.plan.measures]

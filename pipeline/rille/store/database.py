@@ -130,6 +130,21 @@ def writing(path: Path, *, known_sound: bool = False) -> Iterator[sqlite3.Connec
         ) from error
 
 
+def require_kind(connection: sqlite3.Connection, path: Path, *, kind: str, application: int, version: int, name: str) -> None:
+    """Refuse a file that is not of a kind of ours besides models ("ledger"), or of another version. name : what to name in its place.
+
+    Raises
+    ------
+    InputRefused : if it is not.
+    """
+    found = connection.execute("PRAGMA application_id").fetchone()[0]
+    held = connection.execute("PRAGMA user_version").fetchone()[0]
+    if found != application:
+        raise InputRefused(f"'{path}' is no {kind} (application_id {found}, a {kind} has {application}); name {name}")
+    if held != version:
+        raise InputRefused(f"the {kind} '{path}' has version {held}, this rille reads {version}; use the rille that made it")
+
+
 @contextmanager
 def transaction(connection: sqlite3.Connection) -> Iterator[None]:
     """One transaction with foreign keys: committed at the end, rolled back by any exception."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rille.model import InputRefused
 from rille.model.ledger import Answer, Ledger, ProofPlan, Score, SealedTrial, Truth
-from rille.store.database import insert, schema_folder, transaction
+from rille.store.database import insert, require_kind, schema_folder, transaction
 
 LEDGER_ID = 1380535376  # "RILP"
 LEDGER_VERSION = 1
@@ -160,14 +160,7 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, isolation_level=None, timeout=10)) as connection:
             connection.row_factory = sqlite3.Row
-            application = connection.execute("PRAGMA application_id").fetchone()[0]
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            if application != LEDGER_ID:
-                raise InputRefused(f"'{path}' is no ledger (application_id {application}, a ledger has {LEDGER_ID}); name a ledger")
-            if version != LEDGER_VERSION:
-                raise InputRefused(
-                    f"the ledger '{path}' has version {version}, this rille reads {LEDGER_VERSION}; use the rille that made it"
-                )
+            require_kind(connection, path, kind="ledger", application=LEDGER_ID, version=LEDGER_VERSION, name="a ledger")
             yield connection
     except sqlite3.DatabaseError as error:
         raise InputRefused(f"the ledger '{path}' cannot be used: {error}; nothing was changed") from error

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rille.model import InputRefused
 from rille.model.study import Case, CaseResult, Factor, Measure, StudyPlan, StudyTable, TracedChannel
-from rille.store.database import insert, schema_folder, transaction
+from rille.store.database import insert, require_kind, schema_folder, transaction
 
 STUDY_ID = 1380537172  # "RIST"
 STUDY_VERSION = 1
@@ -321,14 +321,7 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     try:
         with closing(sqlite3.connect(address, uri=True, isolation_level=None, timeout=BUSY)) as connection:
             connection.row_factory = sqlite3.Row
-            application = connection.execute("PRAGMA application_id").fetchone()[0]
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            if application != STUDY_ID:
-                raise InputRefused(f"'{path}' is no study (application_id {application}, a study has {STUDY_ID}); name another file")
-            if version != STUDY_VERSION:
-                raise InputRefused(
-                    f"the study '{path}' has version {version}, this rille reads {STUDY_VERSION}; use the rille that made it"
-                )
+            require_kind(connection, path, kind="study", application=STUDY_ID, version=STUDY_VERSION, name="another file")
             yield connection
     except (sqlite3.Error, UnicodeDecodeError) as error:
         raise InputRefused(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rille.model.study import Bands, Indices, Measure, StudyTable
 from rille.view.plots import COLORS, empty_canvas
-from rille.view.study_words import factor_axis, failed, label, order_of, outcome_axis, part_of, scale, strongest
+from rille.view.study_words import factor_axis, label, order_of, outcome_axis, part_of, scale, strongest
 
 Array = NDArray[np.float64]
 MOST_OUTCOMES = 6
@@ -93,7 +93,7 @@ def _maps(path: Path, table: StudyTable, shown: Sequence[Measure], results: Mapp
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat[len(shown) :]:
         axis.set_visible(False)
-    order, out = order_of(table, results), failed(table)
+    order, out = order_of(table, results), table.failed
     for axis, measure in zip(axes.flat, shown, strict=False):
         i, j = strongest(results.get(measure.name), 2, order)
         (x, x_title), (y, y_title) = factor_axis(table, i), factor_axis(table, j)

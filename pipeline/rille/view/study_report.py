@@ -7,7 +7,7 @@ import numpy as np
 
 from rille.model.study import Bands, Indices, StudyTable
 from rille.view.page import Cell, Column, Page, Section, figure, number, packed, table, write_page
-from rille.view.study_words import factor_axis, failed, label, order_of, outcome_axis, part_of, scale, strongest, waiting
+from rille.view.study_words import factor_axis, label, order_of, outcome_axis, part_of, scale, strongest
 
 PARALLEL = 8  # axes of the parallel lines at most
 SHOWN = 40  # rows of the table of cases at first
@@ -34,7 +34,7 @@ def write_study_report(
     InputRefused : if the file cannot be written.
     """
     plan = study.plan
-    whole, run, out = int(study.whole.sum()), int((~waiting(study)).sum()), failed(study)
+    whole, run, out = int(study.whole.sum()), int((~study.waiting).sum()), study.failed
     part = part_of(study)
     sections = [
         Section(key="outcomes", title="Outcomes", body=_outcomes(study, results), lead="Numbers over the cases that went as planned."),
@@ -130,7 +130,7 @@ def _sensitivity(study: StudyTable, results: Mapping[str, Indices | None]) -> li
 def _maps(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
     if len(study.plan.factors) < 2:
         return ""
-    order, out, body = order_of(study, results), failed(study), ""
+    order, out, body = order_of(study, results), study.failed, ""
     for measure in study.main_measures():
         i, j = strongest(results.get(measure.name), 2, order)
         (x, x_title), (y, y_title), (z, title) = factor_axis(study, i), factor_axis(study, j), outcome_axis(study, measure)
@@ -230,7 +230,7 @@ def _cases(study: StudyTable) -> str:
         columns.append(Column(title=title, numeric=True, hint=measure.meaning))
         values.append(one)
     lines: list[list[str | Cell]] = []
-    out = failed(study)
+    out = study.failed
     for n, status in enumerate(study.status[:ROWS]):
         ended = Cell(text=status.replace("_", " "), tone="bad" if out[n] else "")
         lines.append([Cell(text=str(n), value=n), ended, *(Cell(text=number(float(v[n])), value=float(v[n])) for v in values)])

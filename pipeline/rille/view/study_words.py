@@ -96,17 +96,7 @@ def strongest(one: Indices | None, count: int, order: Sequence[int]) -> list[int
     return np.argsort(-np.nan_to_num(share), kind="stable")[:count].tolist()
 
 
-def waiting(table: StudyTable) -> NDArray[np.bool_]:
-    """(cases,) cases that were not run yet."""
-    return np.array([status == "waiting" for status in table.status], dtype=bool)
-
-
-def failed(table: StudyTable) -> NDArray[np.bool_]:
-    """(cases,) cases that were run and did not go as planned."""
-    return ~table.whole & ~waiting(table)
-
-
 def part_of(table: StudyTable) -> str:
     """That numbers are of a part of the design only; '' when every case was run."""
-    left, cases = int(waiting(table).sum()), len(table.status)
+    left, cases = int(table.waiting.sum()), len(table.status)
     return f"of a part of the design ({cases - left} of {cases} cases)" if left else ""

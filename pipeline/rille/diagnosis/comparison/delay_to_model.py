@@ -95,17 +95,18 @@ class _Signal:
 
     def solve(self, *, gain: bool) -> tuple[float, Array, Array]:
         """Delay [s], coefficients (offset, gain, delay) and covariance; without gain and offset their columns are left out."""
-        delay, coefficients, covariance = 0.0, np.full(3, np.nan), np.full((3, 3), np.nan)
+        unknown = np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
+        delay, (_, coefficients, covariance) = 0.0, unknown
         for _ in range(ITERATIONS):
             inside, difference = self.residual(delay)
             rate = np.interp(self._time - delay, self._time, self._rate)[inside] / self._noise[inside]
             columns = [1 / self._noise[inside], self.at(delay)[inside], -rate] if gain else [-rate]
             design = np.stack(columns, axis=1)
             if np.count_nonzero(inside) < LEAST_SAMPLES or not np.any(rate):
-                return np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
+                return unknown
             length = np.linalg.norm(design, axis=0)
             if gain and (not length.all() or np.linalg.cond(design / length) > TELLABLE):  # a ramp: what follows would be rounding
-                return np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
+                return unknown
             coefficients, covariance = regression(design, difference[inside], self._block[inside])
             scale = 1 + coefficients[1] if gain else 1.0
             step = float(coefficients[-1] / scale) if abs(scale) > 0.1 else 0.0
@@ -113,7 +114,7 @@ class _Signal:
                 break
             delay += step
             if abs(delay) > self.longest:
-                return np.nan, np.full(3, np.nan), np.full((3, 3), np.nan)
+                return unknown
         if gain and abs(coefficients[1] + 1) > 0.1:  # the last column's coefficient is gain times change of the delay
             covariance[-1] /= coefficients[1] + 1
             covariance[:, -1] /= coefficients[1] + 1

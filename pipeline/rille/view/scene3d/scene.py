@@ -53,8 +53,8 @@ def scene_glb(rover: Rover, terrain: Terrain | None, view: View) -> bytes:
     return glb.to_bytes()
 
 
-def layout(rover: Rover, view: View, *, title: str, gravity: float = GRAVITY_UNKNOWN, step: float = 1e-3) -> dict[str, Any]:
-    """Names and order of the numbers of a state, and what the page must know of them. gravity [m/s^2], step [s]."""
+def layout(rover: Rover, view: View, *, title: str, gravity: float = GRAVITY_UNKNOWN) -> dict[str, Any]:
+    """Names and order of the numbers of a state, and what the page must know of them. gravity [m/s^2]."""
     carried = {joint.child for joint in rover.joints}
     single = [joint for joint in rover.joints if joint.kind in ("hinge", "prismatic")]
     limits = {joint.name: joint.limit for joint in rover.joints}
@@ -68,7 +68,6 @@ def layout(rover: Rover, view: View, *, title: str, gravity: float = GRAVITY_UNK
         "title": title,
         "origin": list(view.origin),
         "gravity": gravity,
-        "step": step,
         "sun": list(SUN),
         "weight": gravity * sum(body.properties.mass for body in rover.bodies),
         "bodies": [{"name": body.name, "root": body.name not in carried} for body in rover.bodies],
