@@ -99,7 +99,7 @@ def principal_moments(inertia: Matrix, subject: str) -> NDArray[np.float64]:
     largest = float(np.abs(inertia).max())
     if not largest <= LARGEST:
         raise InputRefused(f"inertia of {subject} has a number of {largest:g} kg m^2; it must be at most {LARGEST:g}, check its unit")
-    return np.linalg.eigvalsh(inertia)
+    return np.asarray(np.linalg.eigvalsh(inertia), dtype=np.float64)
 
 
 def check_inertia(inertia: Matrix, subject: str) -> None:
