@@ -1,6 +1,7 @@
 """Diagnosis of bench points: planted laws are named or grouped, complete models left alone, soils calibrated before a law is missed."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from rille.diagnosis.bench.bench_calibration import calibrate, plain
 from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
 from rille.diagnosis.bench.bench_evidence import gather_bench
 from rille.diagnosis.bench.bench_hypotheses import bench_hypotheses, conditional, open_terms
+from rille.diagnosis.bench.bench_search import _ahead
 from rille.model import Effect
 
 OTHER_SOIL = replace(
@@ -230,3 +232,32 @@ def test_what_cannot_be_known_moves_no_number():
     made = diagnosed(few_points((), known=False, channels=("sinkage",), shift=at_will))
     assert made.verdict == "cannot_know"
     assert made.setting == ()
+
+
+def ahead(one, other, windows=12):
+    """``_ahead`` of two residuals (N,) in so many windows of equal length, all numbers independent, none of the soil open."""
+    evidence = SimpleNamespace(labels=("",) * windows, window=np.repeat(np.arange(windows), len(one) // windows), noise_error=0.0)
+    rivals = [SimpleNamespace(held_out=r, whole=SimpleNamespace(residual=r, setting=())) for r in (one, other)]
+    return _ahead(evidence, *rivals, float(len(one)))
+
+
+def test_what_leaves_only_noise_need_be_ahead_of_that_alone():
+    """A misfit of 3 noises in 2 of 12 windows makes 0.5 * 240 * log(1 + 9/6) = 110 nats. Their scatter over windows is as large as they
+    are: two of twelve say everything. The noise of 40 numbers that differ by 3 says sqrt(40 * 9) / 2.5 = 7.6.
+    """
+    noise = np.random.default_rng(1).standard_normal(240)
+    noise /= np.sqrt(np.mean(noise**2))
+    misfit = np.where(np.arange(240) < 40, 3.0, 0.0)
+    gain, error = ahead(noise, noise + misfit)
+    assert gain == pytest.approx(110, rel=0.1)
+    assert error == pytest.approx(7.6, rel=0.4)
+    gain, error = ahead(1.5 * noise, 1.5 * (noise + misfit))  # far from noise itself: windows are all that there is
+    assert error > 0.4 * gain
+
+
+def test_each_of_two_pieces_may_be_another():
+    """Lugs act like a larger friction of the soil: whichever came first, with the second piece beside it both are in the answer."""
+    both = (Effect(kind="grouser_thrust", parameters={"efficiency": 0.5}), Effect(kind="sinkage_transient", parameters={"depth": 0.004}))
+    made = diagnosed(made_rig(planted=both, wheel=LUGGED, known=False, angles=(0.0,), slips=(-0.1, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7)))
+    answers = [{t.term.hypothesis.kind for t in row.terms} for row in made.ranked if row.group == 0]
+    assert {"grouser_thrust", "sinkage_transient"} in answers

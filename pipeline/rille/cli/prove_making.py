@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rille.model.recording import Recording
-    from rille.proof.making import Excess, Made
+    from rille.proof.making import Made, Misfit, Misfits
     from rille.proof.subject import Subject
     from rille.proof.trials import Drawn
 
@@ -36,24 +36,25 @@ def write_subject(machine: "Subject", path: Path) -> None:
     store.write_effects(path, machine.effects)
 
 
-def excess_of(model: Path) -> "Excess":
+def misfits_of(model: Path) -> "Misfits":
     """Measures recordings against the base model in a database, in windows of 0.5 s, as ``rille compare`` does."""
     import numpy as np
 
     from rille import diagnosis, simulate
     from rille.cli.compare_points import compare_points
     from rille.diagnosis.comparison.pooled import pool
+    from rille.proof.making import Misfit
 
-    def excess(recordings: "Sequence[Recording]") -> Mapping[str, float]:
+    def misfits(recordings: "Sequence[Recording]") -> "Mapping[str, Misfit]":
         compared = [
             compare_points(model, one)
             if one.kind == "points"
             else diagnosis.compare_windows(simulate.Replayer(model, one.name, threads=1), one, window=WINDOW)
             for one in recordings
         ]
-        return {c.channel.name: float(np.nansum(c.z**2) / np.sum(c.degrees)) for c in pool(compared) if not c.left_out}
+        return {c.channel.name: Misfit(z=c.z, degrees=float(np.sum(c.degrees))) for c in pool(compared) if not c.left_out}
 
-    return excess
+    return misfits
 
 
 def make_room(drawn: "Drawn", folder: Path) -> "Made":
@@ -68,7 +69,7 @@ def make_room(drawn: "Drawn", folder: Path) -> "Made":
     folder.mkdir(parents=True, exist_ok=True)
     model = folder / MODEL
     write_model(drawn, model)
-    made = make(drawn, excess_of(model))
+    made = make(drawn, misfits_of(model))
     for recording in made.recordings:
         write_recording(recording, folder, hides_noise=drawn.hides_noise)
     return made

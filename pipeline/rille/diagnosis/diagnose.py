@@ -30,6 +30,7 @@ from rille.diagnosis.inference.weights import none_of_these
 from rille.diagnosis.second_look import EDGES, LEAST, SEAM, Look, may_hide, takes_over
 from rille.diagnosis.staged import Progress, Stage, Staged, Told, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
+from rille.diagnosis.stuck import blamed, without_stuck
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import NAMING, Diagnosis, Experiment, Location, Proof, Verdict
@@ -90,7 +91,7 @@ def diagnose(
     """
     chosen = options or Options()
     run = Staged(on_progress, stage)
-    parts = held_out_parts(recordings, held_out, chosen.window or LENGTHS[-1])
+    parts, stuck = without_stuck(held_out_parts(recordings, held_out, chosen.window or LENGTHS[-1]))
     if chosen.only or chosen.without:
         _require_known(simulators, parts, kinds, chosen)
     noise = shared_noise([*parts.training, *parts.held_out])
@@ -104,11 +105,11 @@ def diagnose(
     look = _diagnosed(coarse, parts, like, kinds, chosen, run)
     by, again = EDGES * window, run.again("other edges", 0.8)
     if not may_hide(look) or not all(last - first > LEAST * window for first, last in map(extent, (*parts.training, *parts.held_out))):
-        return look.diagnosis
+        return blamed(look.diagnosis, stuck, kinds)
     other = _diagnosed(coarse, parts.later(by), like, kinds, chosen, again, short=True).diagnosis
     if takes_over(other, look.diagnosis):
-        return replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by)))
-    return replace(look.diagnosis, seconds=other.seconds)
+        return blamed(replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by))), stuck, kinds)
+    return blamed(replace(look.diagnosis, seconds=other.seconds), stuck, kinds)
 
 
 def _require_known(simulators: Callable[[str], Any], parts: Parts, kinds: Sequence[EffectKind], options: Options) -> None:

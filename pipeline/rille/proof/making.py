@@ -6,21 +6,41 @@ from typing import Any
 from zlib import crc32
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.model import InputRefused, PhysicsFailed, Scenario
 from rille.model.recording import Recording
 from rille.proof.generator import simulate
 from rille.proof.hidden import Hidden
+from rille.proof.lookalikes import lookalikes
 from rille.proof.points import points_recording
 from rille.proof.sensors import readings, recording, sampling
 from rille.proof.strength import Unreachable, find_size
 from rille.proof.subject import near
 from rille.proof.trials import TRAINING, Drawn
 
-Excess = Callable[[Sequence[Recording]], Mapping[str, float]]
-"""Recordings -> channel -> normalised^2: mean square of what the base model does not reproduce in short windows, in units of the noise."""
-
 MOST_DRAWS = 12
+NEAREST = 2  # of the laws that may stand for one, that are looked at closely
+PROPORTIONS = 2  # steps to the size at which another law explains most
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Misfit:
+    """What the base model does not reproduce of a channel in short windows. z (n,) : residual over noise, NaN where there is none.
+    degrees : of freedom.
+    """
+
+    z: NDArray[np.float64]
+    degrees: float
+
+    @property
+    def square(self) -> float:
+        """Mean square."""
+        return float(np.nansum(self.z**2) / self.degrees)
+
+
+Misfits = Callable[[Sequence[Recording]], Mapping[str, Misfit]]
+"""Recordings -> channel -> what the base model does not reproduce of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,16 +83,19 @@ class Made:
         return {**asdict(trial), "hides_noise": self.drawn.hides_noise, "pieces": pieces}
 
 
-def make(drawn: Drawn, excess: Excess) -> Made:
+def make(drawn: Drawn, misfits: Misfits) -> Made:
     """The recordings of a trial, with each concealed thing so large that it alone is as strong as wanted in the first of them.
+
+    The strength of a law for which others of the catalogue may stand (``lookalikes``) is that of what they do not explain: without it a
+    friction that falls with speed is friction, and a law without a name is one that has a name.
 
     Raises
     ------
     Unreachable : if this draw cannot be made so strong.
     """
     first = next(scenario for scenario in drawn.scenarios if scenario.name == TRAINING[0])
-    floor = excess([generate(drawn, first, [], rough=True)]) if drawn.hidden else {}
-    pieces = tuple(_sized(drawn, hidden, first, excess, floor) for hidden in drawn.hidden)
+    base = misfits([generate(drawn, first, [], rough=True)]) if drawn.hidden else {}
+    pieces = tuple(_sized(drawn, hidden, first, misfits, base) for hidden in drawn.hidden)
     concealed = [(piece.hidden, piece.size) for piece in pieces]
     try:
         recordings = tuple(generate(drawn, scenario, concealed) for scenario in drawn.scenarios)
@@ -81,20 +104,83 @@ def make(drawn: Drawn, excess: Excess) -> Made:
     return Made(drawn=drawn, recordings=recordings, pieces=pieces)
 
 
-def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, excess: Excess, floor: Mapping[str, float]) -> Piece:
-    """A concealed thing at the size that is as strong as wanted in the recording of a scenario, beyond what ``floor`` shows without it."""
+def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, base: Mapping[str, Misfit]) -> Piece:
+    """A concealed thing at the size that is as strong as wanted in the recording of a scenario. base : what that shows without it."""
+    wanted = drawn.trial.strength
 
-    def measure(size: float) -> tuple[float, str]:
+    def shown(one: Hidden, size: float) -> Mapping[str, Misfit] | None:
         try:
-            found = excess([generate(drawn, scenario, [(hidden, size)], rough=True)])
+            return misfits([generate(drawn, scenario, [(one, size)], rough=True)])
         except (PhysicsFailed, InputRefused):
-            return np.inf, ""
-        beyond = {name: square - max(1.0, floor.get(name, 1.0)) for name, square in found.items()}
-        worst = max(beyond, key=lambda name: beyond[name])
-        return float(np.sqrt(max(0.0, beyond[worst]))), worst
+            return None
 
-    size, strength, channel = find_size(measure, drawn.trial.strength, hidden.first, hidden.most, hidden.least)
-    return Piece(hidden=hidden, size=size, strength=strength, channel=channel)
+    def strength(one: Hidden) -> Callable[[float], tuple[float, str]]:
+        return lambda size: _beyond(shown(one, size), base)
+
+    size, found, channel = find_size(strength(hidden), wanted, hidden.first, hidden.most, hidden.least)
+    others = []
+    for other in lookalikes(drawn.machine, hidden, drawn.kinds):
+        try:
+            others.append((other, find_size(strength(other), wanted, other.first, other.most)[0]))
+        except Unreachable:
+            continue
+    here = shown(hidden, size)
+    if others and here is not None:
+        left = [_left_by(here, base, shown, other, begin)[0] for other, begin in others]
+        nearest = [others[k] for k in np.argsort(left, kind="stable")[:NEAREST]]
+
+        def unexplained(size: float) -> tuple[float, str]:
+            here = shown(hidden, size)
+            if here is None:
+                return np.inf, ""
+            return min((_left_by(here, base, shown, other, begin) for other, begin in nearest), key=lambda one: one[0])
+
+        size, found, channel = find_size(unexplained, wanted, size, hidden.most, hidden.least)
+    return Piece(hidden=hidden, size=size, strength=found, channel=channel)
+
+
+def _beyond(here: Mapping[str, Misfit] | None, base: Mapping[str, Misfit]) -> tuple[float, str]:
+    """Excess [noise] over what the base model shows without the concealed thing, and the channel in which it is largest."""
+    if here is None:
+        return np.inf, ""
+    beyond = {name: one.square - max(1.0, base[name].square if name in base else 1.0) for name, one in here.items()}
+    worst = max(beyond, key=lambda name: beyond[name])
+    return float(np.sqrt(max(0.0, beyond[worst]))), worst
+
+
+def _left_by(
+    here: Mapping[str, Misfit],
+    base: Mapping[str, Misfit],
+    shown: Callable[[Hidden, float], Mapping[str, Misfit] | None],
+    other: Hidden,
+    size: float,
+) -> tuple[float, str]:
+    """Of what is shown that [noise] which another law leaves at the size that explains most, and the channel where it leaves most.
+
+    That size is found in proportion from the given one, then once more from there.
+    """
+    left = _beyond(here, base)
+    change = _change(here, base)
+    for _ in range(PROPORTIONS):
+        there = shown(other, size)
+        if there is None:
+            break
+        own = _change(there, base)
+        names = sorted(change.keys() & own.keys())
+        power = sum(float(own[name] @ own[name]) for name in names)
+        factor = max(0.0, sum(float(own[name] @ change[name]) for name in names) / power) if power > 0 else 0.0
+        rest = {name: float(np.sum((change[name] - factor * own[name]) ** 2)) / here[name].degrees for name in names}
+        worst = max(rest, key=lambda name: rest[name])
+        left = min(left, (float(np.sqrt(rest[worst])), worst), key=lambda one: one[0])
+        if not 0 < factor * size < other.most:
+            break
+        size *= factor
+    return left
+
+
+def _change(here: Mapping[str, Misfit], base: Mapping[str, Misfit]) -> dict[str, NDArray[np.float64]]:
+    """Of each channel what its residuals change by, 0 where either has none."""
+    return {name: np.nan_to_num(one.z - base[name].z) for name, one in here.items() if name in base and len(base[name].z) == len(one.z)}
 
 
 def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden, float]], *, rough: bool = False) -> Recording:

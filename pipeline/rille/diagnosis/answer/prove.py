@@ -26,6 +26,8 @@ FLOOR = 1.0  # [sigma] root mean square of noise
 LEAST = 4  # blocks of windows that an interval needs
 LEAST_GAP, PLAIN = 0.7, 1.2  # that an answer closes at least, where what was held out is so far beyond the noise [sigma]
 SEEN = 2.0  # standard deviations of chi-squared from which on an excess is one
+FINER = (4, 16)  # times finer than the model's own step, where what is left may be the step's
+LESS = 0.98  # of the root mean square, that a finer step must leave at most to be taken
 BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
 
 
@@ -56,13 +58,11 @@ def prove(
     -------
     The proof; the recordings beside the improved model, training part first.
     """
-    held = gather(simulators, parts.held_out, window=window, noise=noise, rough=rough, on_progress=on_progress) if parts.held_out else None
     rows = [_fit(b, a, held_out=False) for b, a in zip(*training, strict=True)]
-    if held is None:
+    if not parts.held_out:
         nothing = Proof(gap_closed=np.nan, low=np.nan, high=np.nan, before=np.nan, after=np.nan, floor=FLOOR, held_out="")
         return _with_channels(nothing, rows), [*training[1]]
-    after = held.relinearised(setting, on_progress)
-    sizes = [_chi2(held, ()), _chi2(after, setting)]
+    held, after, sizes = _held_out(simulators, parts, setting, on_progress, window=window, noise=noise, rough=rough)
     improved = [comparison_of(part) for part in after.parts]
     rows += [_fit(comparison_of(old), new, held_out=True) for old, new in zip(held.parts, improved, strict=True)]
     low, high = _interval(*sizes)
@@ -78,6 +78,37 @@ def prove(
         ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
     )
     return _with_channels(proof, rows), [*training[1], *improved]
+
+
+def _held_out(
+    simulators: Simulators, parts: Parts, setting: Setting, on_progress: Progress, **like: Any
+) -> tuple[ReplayEvidence, ReplayEvidence, list[Array]]:
+    """What was held out beside the base model and beside the setting, and chi-squared and degrees of both.
+
+    The step of the replays is as large as the recordings that were fitted allow. Where others move faster, what is left may be the step's:
+    it is made smaller as long as that leaves clearly less.
+    """
+    own = simulators(parts.held_out[0].scenario or "").own_step
+    found = None
+    for step in (None, *(own / finer for finer in FINER)):
+        if step is not None:
+            like |= {"rough": None}
+        held = gather(_stepping(simulators, step), parts.held_out, on_progress=on_progress, **like)
+        after = held.relinearised(setting, on_progress)
+        sizes = [_chi2(held, ()), _chi2(after, setting)]
+        if found is not None and not _root(sizes[1].sum(axis=1)) < LESS * _root(found[2][1].sum(axis=1)):
+            break
+        found = held, after, sizes
+        chi2, degrees = sizes[1].sum(axis=1)
+        if chi2 < degrees + SIGNIFICANT * np.sqrt(2.0 * degrees):
+            break
+    assert found is not None
+    return found
+
+
+def _stepping(simulators: Simulators, step: float | None) -> Simulators:
+    """Simulators with a step [s]; None: as they are."""
+    return simulators if step is None else lambda scenario: simulators(scenario).changed(step=step)
 
 
 def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:

@@ -176,7 +176,7 @@ def _verdict(found: BenchFound, evidence: BenchEvidence, groups: Sequence[Group]
         return ("cannot_know" if share > 1 - UNKNOWN else "unknown"), ""
     if found.leftover > UNKNOWN:
         return "unknown", ""
-    tied = [one.rivals[k].extra[-1].hypothesis for one in found.rounds[: len(accepted)] for k in one.group]
+    tied = [term.hypothesis for one in found.rounds[: len(accepted)] for k in one.group for term in one.rivals[k].extra]
     members = [*(term.hypothesis for term in accepted), *tied]
     for hypothesis in members:
         if hypothesis.cause == "effect" and hypothesis.kind in conditions:

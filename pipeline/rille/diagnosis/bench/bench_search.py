@@ -25,6 +25,7 @@ FITTED = 24  # hypotheses that are fitted, of those that promise something
 ITERATIONS = 20
 OTHERS = 2  # soils that a fit begins from beside the one that is accepted
 SURVIVORS = 8  # that are judged by parts left out, of those that were fitted
+SWAPPED = 5  # of each round, that are tried in the place of an accepted piece
 PAIRED = 8  # hypotheses that are fitted two at a time
 STEPS = 4  # of the fits to all parts but one,
 LENGTHS = (1.0, 0.3, 0.1)  # and their lengths
@@ -122,6 +123,10 @@ def search_bench(
         pairs = _pairs(evidence, first, rounds, start, lambda part: on_progress("fitting pairs", 0.8 + 0.2 * part))
         if pairs is not None and _stands_for(evidence, pairs, best):
             best, rounds = pairs.rivals[0], [replace(rounds[0], group=(0,)), pairs]
+    if len(best.extra) > 1:
+        last = _swapped(evidence, first, rounds, best, lambda part: on_progress("fitting alternatives to each piece", 0.9 + 0.1 * part))
+        best, others = last.rivals[0], rounds[len(best.extra) :]
+        rounds = [*(replace(one, group=(0,)) for one in rounds[: len(best.extra) - 1]), last, *others]
     leftover = excess(evidence, best.whole.residual, free + len(best.extra)) / start if start > 0 else 0.0
     return BenchFound(rounds=tuple(rounds), first=first, best=best, leftover=leftover, differs=start > 0)
 
@@ -159,6 +164,31 @@ def _pairs(evidence: BenchEvidence, first: Rival, rounds: Sequence[Round], start
     fits.sort(key=lambda fit: fit.cost)
     kept = [fit for fit in fits if first.whole.chi2 - fit.chi2 > max(LEAST_DROP * start, 2 * NATS)][:SURVIVORS]
     return _judged(evidence, first, kept, 2, len(couples), lambda part: tell(0.7 + 0.3 * part)) if kept else None
+
+
+def _swapped(evidence: BenchEvidence, first: Rival, rounds: Sequence[Round], best: Rival, tell: Callable[[float], None]) -> Round:
+    """The last round with each piece of the answer against those that did well in its stead: only the last one has been so far, and what
+    stood first before the others were there may have stood for something else.
+    """
+    last, free = rounds[len(best.extra) - 1], len(first.whole.setting)
+    taken = {(t.hypothesis.kind, t.hypothesis.target) for t in best.extra}
+    known = {frozenset((t.hypothesis.kind, t.hypothesis.target) for t in rival.extra) for rival in last.rivals}
+    begins = []
+    for k in range(len(best.extra)):
+        did_well = [rival.extra[-1] for one in rounds[: k + 1] for rival in one.rivals[:SWAPPED]]
+        for term in did_well:
+            extra = (*best.extra[:k], term, *best.extra[k + 1 :])
+            names = frozenset((t.hypothesis.kind, t.hypothesis.target) for t in extra)
+            if (term.hypothesis.kind, term.hypothesis.target) not in taken and names not in known:
+                known.add(names)
+                begins.append((*best.whole.setting[:free], *extra))
+    fits = []
+    for k, begin in enumerate(begins):
+        tell(0.7 * k / len(begins))
+        fits.append(_fitted(evidence, first, begin))
+    kept = sorted((*(rival.whole for rival in last.rivals), *fits), key=lambda fit: fit.cost)[:SURVIVORS]
+    more = len(best.extra) - len(last.base.extra)
+    return _judged(evidence, last.base, kept, more, last.tries + len(fits), lambda part: tell(0.7 + 0.3 * part))
 
 
 def _stands_for(evidence: BenchEvidence, pairs: Round, best: Rival) -> bool:
@@ -316,20 +346,25 @@ def _independent(evidence: BenchEvidence, residual: Array) -> float:
 
 
 def _ahead(evidence: BenchEvidence, one: Rival, other: Rival, independent: float) -> tuple[float, float]:
-    """By how much one predicts better [nats], and its standard error over windows (jackknife).
+    """By how much one predicts better [nats], and its standard error over windows.
 
     The size of a misfit is not known before, so that its likelihood is that of a normal of unknown variance: n/2 log of the ratio of the
-    mean squares (which are not below the noise), n independent numbers.
+    mean squares (which are not below the noise), n independent numbers. The error is that of a jackknife over windows. Where the one
+    leaves nothing but noise it is what that noise a does: the sum of squares of the other's residual b differs from what is expected by
+    2 <a, b - a>, whether the difference shows in all windows or in few.
     """
     n = len(evidence.labels)
     count = np.bincount(evidence.window, minlength=n)
     squares = [np.bincount(evidence.window, rival.held_out**2, n) for rival in (one, other)]
+    whole = [max(float(part.sum() / count.sum()), 1.0) for part in squares]
+    ahead = 0.5 * independent * float(np.log(whole[1] / whole[0]))
+    if excess(evidence, one.whole.residual, len(free_numbers(one.whole.setting))) == 0:
+        apart = other.held_out - one.held_out
+        slip = np.bincount(evidence.window, one.held_out * apart, n)
+        return ahead, independent * float(max(np.linalg.norm(slip), np.linalg.norm(apart))) / (count.sum() * whole[1])
     left = [(part.sum() - part) / (count.sum() - count) for part in squares]
-    whole = [part.sum() / count.sum() for part in squares]
-    ratio = float(np.log(max(whole[1], 1.0) / max(whole[0], 1.0)))
     each = np.log(np.maximum(left[1], 1.0) / np.maximum(left[0], 1.0))
-    error = float(np.sqrt((n - 1) / n * ((each - each.mean()) ** 2).sum()))
-    return 0.5 * independent * ratio, 0.5 * independent * error
+    return ahead, 0.5 * independent * float(np.sqrt((n - 1) / n * ((each - each.mean()) ** 2).sum()))
 
 
 def _accepted(evidence: BenchEvidence, found: Round, start: float) -> bool:

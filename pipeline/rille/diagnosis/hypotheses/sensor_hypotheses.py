@@ -15,6 +15,8 @@ TURNS = ("w", "x", "y", "z")
 LEAST_WHOLE = 0.9  # of the number of a fault that is there or not (its usual value is its largest)
 FARTHEST = 10.0  # times the largest value that was measured: an offset beyond it is none
 FASTEST = 0.02  # relative error of a clock's rate beyond which it is believed last
+IN_A_ROW = 4  # samples that say exactly the largest value, from which on it may be the end of a range
+LIMIT_KNOWN = 1e-4  # relative: so well is such an end known
 LEAST_SHIFT, MOST_SHIFT, SHIFTS = 0.25, 0.3, 10  # [sampling intervals], [s], number of shifts in time that are tried
 
 
@@ -25,13 +27,16 @@ def sensor_hypotheses(channels: Sequence[Channel], kinds: Sequence[EffectKind]) 
     of the clock, all of its channels; for faults of stamps, where it stamps more than one instrument.
     Components of quaternions are no instruments of their own: they have faults only together.
     """
-    observed = list({c.name: c for c in reversed(channels) if c.role == "observed"}.values())[::-1]
+    everywhere = [c for c in channels if c.role == "observed"]
+    observed = list({c.name: c for c in reversed(everywhere)}.values())[::-1]
     faults = [kind for kind in kinds if kind.target == "sensor" and GAPS not in kind.channel]
     sensors = {_sensor(c): [d for d in observed if _sensor(d) == _sensor(c)] for c in observed}
     clocks = {c.clock: [d for d in observed if d.clock == c.clock] for c in observed}
     found: list[Hypothesis] = []
     for kind in faults:
-        found += [_hypothesis(kind, "channel", c.name, [c]) for c in observed if not _of_quaternion(c)]
+        for c in (c for c in observed if not _of_quaternion(c)):
+            limit = seen_limit([d for d in everywhere if d.name == c.name])
+            found.append(_at_limit(_hypothesis(kind, "channel", c.name, [c]), limit))
         found += [_hypothesis(kind, "sensor", name, its) for name, its in sensors.items() if len(its) > 1 and _bears(kind, its)]
         if STAMPS in kind.channel:
             found += [_hypothesis(kind, "clock", name, its) for name, its in clocks.items() if len({_sensor(c) for c in its}) > 1]
@@ -107,6 +112,24 @@ def _free(kind: EffectKind, parameter: EffectParameter, channels: Sequence[Chann
         believed = FASTEST if parameter.unit == "1" else number.believed
         number = replace(number, tries=shifts(number.lower, number.upper, interval, over), believed=believed)
     return replace(number, start=min(max(number.start, number.lower), number.upper))
+
+
+def seen_limit(channels: Sequence[Channel]) -> float | None:
+    """Where one channel ends in its recordings: its largest absolute value, if several samples in a row say exactly that; else None."""
+    values = [np.abs(c.value[np.isfinite(c.value)]) for c in channels]
+    largest = max((float(v.max()) for v in values if len(v)), default=0.0)
+    runs = [v == largest for v in values]
+    in_a_row = any(np.any(np.convolve(run, np.ones(IN_A_ROW), "valid") > IN_A_ROW - 0.5) for run in runs if len(run) >= IN_A_ROW)
+    return largest if largest > 0 and in_a_row else None
+
+
+def _at_limit(hypothesis: Hypothesis, limit: float | None) -> Hypothesis:
+    """The hypothesis; of a range that ends where the channel shows it, that range: it ends there, or not at all."""
+    if limit is None or not any(number.unit.startswith("1/") for number in hypothesis.free):
+        return hypothesis
+    (number,) = hypothesis.free
+    ends = (1 - LIMIT_KNOWN) / limit, (1 + LIMIT_KNOWN) / limit
+    return replace(hypothesis, free=(replace(number, lower=ends[0], upper=ends[1], start=1 / limit, spread=1 / limit),))
 
 
 def shifts(lower: float, upper: float, interval: float, over: float = 1.0) -> tuple[float, ...]:

@@ -19,7 +19,7 @@ from rille.diagnosis.inference.screen import screen
 from rille.model.hypothesis import Hypothesis
 
 CHANCE = 1e-2  # probability of a doubt of a right answer
-TOO_MANY = ("order", "place")  # numbers whose search takes many trials: what has them takes most away by chance, too
+TOO_MANY = ("order", "place", "time")  # numbers whose search takes many trials: what has them takes most away by chance, too
 SURE = 0.1  # excess per degree, in terms of the noise, that is no matter of steps and of samples beside jumps
 NEAR_NOISE = 0.3  # excess per degree, in terms of the noise, up to which an answer is near it
 OTHER = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"

@@ -39,8 +39,9 @@ PAIRS = 4  # that are fitted jointly
 BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from which one may stand in the other's place; so many at most
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
-BROKEN = 1.5  # promise over what the best fit keeps, for that
+BROKEN = 1.5  # promise over what they keep, for that
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
+TOLD = 0.01  # relative width of the bounds of an amplitude that is told beforehand
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
 
 
@@ -70,18 +71,22 @@ def search(
         always = fit_together(judge, [[always]], on_progress=on_progress)[0].setting
         judge = Judge(evidence, always, floor=floor)
     state = State(always=always, first=judge, judge=judge)
-    while len(state.pieces) < most and _worth_looking(state):
-        if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
-            break
-    verdict = _verdict(state)
-    if verdict in NAMING and state.standing is not None:
+    while True:
+        while len(state.pieces) < most and _worth_looking(state):
+            if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
+                break
+        verdict = _verdict(state)
+        if verdict not in NAMING or state.standing is None:
+            return _answer(state, kinds or {}, verdict)
         group = [i for i in state.standing.confounded.order if state.standing.confounded.number[i] == 0]
         open_ones = {t.hypothesis.title for i in group for t in state.standing.fitted[i - 1].setting}
         against = doubt(state.judge, hypotheses, open_ones, on_progress)
-        if against:
+        if not against:
+            return _answer(state, kinds or {}, verdict)
+        # Where noise is overstated, chi-squared as a whole hides another piece: what speaks against the answer may be a part of it.
+        if len(state.pieces) >= most or not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
             state.notes.append(against)
             return with_doubt(_answer(state, kinds or {}, "unknown"), DOUBTED)
-    return _answer(state, kinds or {}, verdict)
 
 
 def _worth_looking(state: State) -> bool:
@@ -108,15 +113,16 @@ def _look(
     if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, excess=excess) for other in (order[0], 0)):
         taken = pairs[pair - len(singles) - 1]
     chances = _second_chances(state, evidence, screened, taken, on_progress)
-    if chances and (taken is None or chances[0].chi2 < taken.chi2) and state.accepts(chances[0], None, n):
-        taken = chances[0]
+    under = judge.evidence
+    if chances and (taken is None or chances[0][0].chi2 < taken.chi2) and state.accepts(chances[0][0], None, n):
+        taken, under = chances[0]
     if taken is None:
         if not singles:
             state.notes.append("no hypothesis changes the recordings towards what was measured")
         return False
-    others = [one.setting[-1] for one in chances] + [singles[i - 1].setting[-1] for i in order]
+    others = [one.setting[-1] for one, _ in chances] + [singles[i - 1].setting[-1] for i in order]
     rivals = [[*_alike(screened, piece.hypothesis), *others] for piece in taken.setting[len(judge.on_top) :]]
-    return settle(state, evidence, taken, [*state.rivals, *rivals], n, on_progress)
+    return settle(state, evidence, taken, [*state.rivals, *rivals], n, on_progress, under=under)
 
 
 def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
@@ -135,8 +141,9 @@ def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
 
 def _second_chances(
     state: State, evidence: Evidence, screened: Screened, taken: Fitted | None, on_progress: Progress | None
-) -> list[Fitted]:
-    """Hypotheses whose signatures promise far more than they, or the best so far, keep: fitted under starts of their own, best first.
+) -> list[tuple[Fitted, Evidence]]:
+    """Hypotheses whose signatures promise far more than they keep, and more than the best so far keeps: fitted under starts of their own,
+    best first, and the evidence with these.
 
     A wheel that should stand deeper bounces in every window that begins at the depth of the base model. Faults that are there or not, as of
     a sensor that is turned round, put all starts elsewhere: where nothing fits at all they have their chance, too.
@@ -147,25 +154,30 @@ def _second_chances(
     terms = []
     for s in promising[:CHANCES]:
         share, values = s.linear or (0.0, {})
-        if share * judge.chi2 > BROKEN * max(kept, s.drop, LEAST_SHARE * judge.degrees):
+        if share * judge.chi2 > max(kept, BROKEN * max(s.drop, LEAST_SHARE * judge.degrees)):
             terms.append(s.hypothesis.at(values))
-    if judge.chi2 - kept > GROSS * judge.degrees:
-        terms += _whole_faults(screened)
+    terms += _whole_faults(screened, gross=judge.chi2 - kept > GROSS * judge.degrees)
     found = []
     for k, term in enumerate(terms):
         if on_progress is not None:
             on_progress("trying other starts", k / len(terms))
-        found.append(own_fit(evidence, (*judge.on_top, term), state)[0])
-    return sorted(found, key=lambda one: one.chi2)
+        found.append(own_fit(evidence, (*judge.on_top, term), state))
+    return sorted(found, key=lambda one: one[0].chi2)
 
 
-def _whole_faults(screened: Screened) -> list[Term]:
-    """Hypotheses whose amplitude is far from absent or absent, of the channels that differ most."""
+def _whole_faults(screened: Screened, *, gross: bool) -> list[Term]:
+    """Hypotheses whose amplitude is far from absent or absent, of the channels that differ most: all of them where the misfit is gross,
+    else those whose amplitude the recording itself tells (the end of a range, where samples stop).
+    """
     judge = screened.judge
     beyond = judge.per_channel(judge.base**2)
     worst = [judge.evidence.channels[k].name for k in np.argsort(-beyond, kind="stable")[:WHOLE_FAULTS]]
-    whole = [s.hypothesis for s in screened.signatures if any(n.amplitude and n.lower > n.absent for n in s.hypothesis.free)]
-    return [h.at({n.name: n.upper for n in h.free if n.amplitude}) for h in whole if h.target in worst]
+    found = []
+    for h in (s.hypothesis for s in screened.signatures):
+        (*_, known) = [n.lower > (1 - TOLD) * n.upper for n in h.free if n.amplitude and n.lower > n.absent] or [None]
+        if h.target in worst and known is not None and (gross or known):
+            found.append(h.at({n.name: n.start if known else n.upper for n in h.free if n.amplitude}))
+    return found
 
 
 def _fitted_singles(judge: Judge, hypotheses: Sequence[Hypothesis], tries: Tries | None,

@@ -73,13 +73,20 @@ def own_fit(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted,
 
 
 def settle(
-    state: State, evidence: Evidence, taken: Fitted, rivals: list[list[Term]], tries: int, on_progress: Progress | None = None
+    state: State,
+    evidence: Evidence,
+    taken: Fitted,
+    rivals: list[list[Term]],
+    tries: int,
+    on_progress: Progress | None = None,
+    *,
+    under: Evidence,
 ) -> bool:
     """Settle on ``taken`` (or on a rival of one of its pieces, or on less) and write it into the state; False if nothing new is left of it.
 
-    evidence : under the starts of the base. rivals : of each piece of ``taken``.
+    evidence : under the starts of the base. rivals : of each piece of ``taken``. under : the evidence that ``taken`` was fitted to.
     """
-    always, standing, linear = len(state.always), None, state.judge.evidence
+    always, standing, linear = len(state.always), None, under
     for _ in range(ROUNDS):
         if on_progress is not None:
             on_progress("fitting the starts of windows again", 0.0)

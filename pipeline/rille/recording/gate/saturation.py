@@ -74,7 +74,13 @@ def check_saturation(channel: Channel, count: int, tops: Sequence[FlatTops], con
         if not command:
             message += "; what went beyond is lost: leave these stretches out of fits"
         intervals = sorted(list(held.span) for held in top.longest)
-        detail = {"side": top.side, "value": top.value, "fraction": top.samples / count, "intervals": intervals}
+        detail = {
+            "side": top.side,
+            "value": top.value,
+            "fraction": top.samples / count,
+            "intervals": intervals,
+            "witnesses": sorted({verdict for verdict in verdicts if verdict}),
+        }
         severity = "note" if command else "warning"
         found.append(GateFinding(code="saturation", severity=severity, channel=channel.name, detail=detail, message=message))
     return found
