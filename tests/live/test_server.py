@@ -3,6 +3,7 @@
 import contextlib
 import json
 import socket
+import struct
 import time
 import urllib.error
 import urllib.request
@@ -11,8 +12,10 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from browser import until
 from live_server import HOSTILE, PAGE
 from rille.live.client import Client
+from rille.live.history import SPACING
 from rille.model import InputRefused
 
 TOKEN = "correct-horse-battery"
@@ -35,6 +38,7 @@ def test_the_api_describes_itself_and_obeys_over_rest(live):
     assert set(described["paths"]) == {
         "/scene.glb",
         "/api/layout",
+        "/api/history",
         "/api/status",
         "/api/objects",
         "/api/objects/{quantity}/{target}",
@@ -61,9 +65,32 @@ def test_the_api_describes_itself_and_obeys_over_rest(live):
     assert {"quantity": "part.position", "target": HOSTILE, "unit": "m", "components": ["x", "y", "z"], "writable": True} in names
 
 
+def test_who_comes_late_finds_the_run_so_far(live):
+    """Frames in the order of time up to now, and none of a run that was given up."""
+
+    def times():
+        said = ask(live.address, "/api/history")[1]
+        length = 16 + first.frame.nbytes
+        assert len(said) % length == 0
+        return [struct.unpack_from("<IId", said, at)[2] for at in range(0, len(said), length)]
+
+    with Client(live.address, sender="first") as first:
+        first.take()
+        first.ask("start")
+        until(lambda: first.time > 0.5, "half a second")
+        first.ask("pause")
+        found = times()
+        assert found[0] == 0.0
+        assert found[-1] > 0.5 - 2 * SPACING
+        assert 3 <= len(found) <= 1 + found[-1] / (0.99 * SPACING)
+        assert found == sorted(set(found))
+        first.ask("reset")
+        until(lambda: times() == [0.0], "another run")
+
+
 def test_without_the_token_nothing_of_the_model_is_seen(guarded):
     assert ask(guarded.address, "/") == (200, PAGE.encode())  # the page itself holds nothing
-    for path in ("/api/status", "/api/layout", "/scene.glb", "/openapi.json", "/api/objects", "/api/nothing"):
+    for path in ("/api/status", "/api/layout", "/api/history", "/scene.glb", "/openapi.json", "/api/objects", "/api/nothing"):
         code, text = ask(guarded.address, path)
         assert (code, json.loads(text)["accepted"]) == (401, False), path
         assert ask(guarded.address, path, Authorization="Bearer wrong-token-wrong-token")[0] == 401

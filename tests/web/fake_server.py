@@ -31,6 +31,7 @@ class Fake:
         self.set_values: list[float] = []
         self.rejects: tuple[int, str] | None = None  # code and reason with which a connection is closed
         self.connections = 0
+        self.history: list[bytes] = []  # frames of the run so far
 
     def of(self, kind: str) -> list[dict]:
         return [command for command in self.commands if command["kind"] == kind]
@@ -131,6 +132,10 @@ def _app(fake: Fake) -> FastAPI:
     @app.get("/api/layout")
     async def _layout() -> dict:
         return fake.layout
+
+    @app.get("/api/history")
+    async def _history() -> Response:
+        return Response(b"".join(fake.history), media_type="application/octet-stream")
 
     @app.get("/api/objects")
     async def _objects() -> list[dict]:

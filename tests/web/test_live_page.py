@@ -248,6 +248,26 @@ def test_what_is_left_empty_is_set_to_what_it_is_now(fake: Fake, live: Tab):
     assert len(fake.of("set")) == 1
 
 
+def test_who_comes_late_sees_the_run_so_far(fake: Fake, tab: Tab):
+    """Path, ruts and plots begin where the run did, not where the page was opened."""
+    fake.state, fake.steer = "running", (0.5, 0.0)
+    for _ in range(40):
+        fake.history.append(fake.frame())
+        fake.move(0.1)
+    with served(fake) as address:
+        tab.page.goto(address)
+        tab.page.evaluate("rille.ready")
+        until(lambda: tab.page.evaluate("rille.time()") > 4.2, "time going on")
+        assert tab.page.evaluate("rille.shown.clock.start") == 0.0
+        world = "rille.shown.viewer.worlds[0]"
+        for times in ("path.times", "stamps.all.map(stamp => stamp.time)", "trails.of[0].times"):
+            found = tab.page.evaluate(f"{world}.{times}")
+            assert min(found) < 0.2, times
+            assert max(found) > 4.0, times
+            assert found == sorted(found), times
+        assert tab.complaints == []
+
+
 @pytest.mark.parametrize(("driven", "saved"), [(True, 50.0), (True, 0.1), (False, 50.0)])
 def test_another_run_has_a_history_of_its_own(fake: Fake, live: Tab, driven: bool, saved: float):
     """A state of another time is loaded, later or earlier than now: path, trails, plots and events are of what came since."""

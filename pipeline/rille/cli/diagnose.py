@@ -99,7 +99,11 @@ def diagnose(
         say(note)
     say(
         f"kept as {finding.name} in {database}"
-        + ("" if not diagnosis.setting else f"; `rille apply {database} {finding.name} -o improved.db`")
+        + (
+            ""
+            if all(term.hypothesis.cause == "sensor" for term in diagnosis.setting)
+            else f"; `rille apply {database} {finding.name} -o improved.db`"
+        )
     )
     if report is not None:
         say(f"wrote {report}")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from rille.live.hub import MAGIC
+from rille.live.history import MAGIC
 from rille.model import InputRefused
 
 PATIENCE = 10.0  # [s] for an answer

@@ -4,14 +4,13 @@ import asyncio
 import contextlib
 import itertools
 import json
-import struct
 from collections import deque
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from rille.live.history import History, packed
 from rille.live.session import Session, Status
 
-MAGIC = 0x52494C4C  # "RILL"
 MOST_NEWS = 256  # texts that wait for one viewer; older ones are dropped
 
 
@@ -31,13 +30,14 @@ class Hub:
     def __init__(self, session: Session) -> None:
         self.session = session
         self.viewers: set[Viewer] = set()
-        self.frame, self.number = b"", 0
+        self.frame, self.number, self.history = b"", 0, History()
+        self.history.belongs_to(session.status().run_id)
         self._loop = asyncio.get_running_loop()
         self._numbers = itertools.count(1)
         self._waking = False
         session.bridge.connected = lambda: {viewer.sender for viewer in list(self.viewers)}
         session.listeners.frame = self._on_frame
-        session.listeners.status = lambda status: self._later(self._on_status, status)
+        session.listeners.status = self._on_news
         session.listeners.event = lambda time, kind, subject, message: self._later(self._on_event, time, kind, subject, message)
 
     def join(self, sender: str) -> Viewer:
@@ -67,11 +67,16 @@ class Hub:
 
     def _on_frame(self, time: float, numbers: bytes) -> None:
         number = next(self._numbers)
-        self.frame = struct.pack("<IId", MAGIC, number & 0xFFFFFFFF, time) + numbers  # one assignment: readers see the old or the new one
+        self.history.add(time, numbers)
+        self.frame = packed(time, numbers, number)  # one assignment: readers see the old or the new one
         self.number = number
         if not self._waking:
             self._waking = True
             self._later(self._wake)
+
+    def _on_news(self, status: Status) -> None:
+        self.history.belongs_to(status.run_id)
+        self._later(self._on_status, status)
 
     def _later(self, function: Any, *arguments: Any) -> None:
         with contextlib.suppress(RuntimeError):  # the loop is closed: the server has ended

@@ -92,6 +92,13 @@ def make_app(session: Session, show: Show, *, token: str | None = None, hosts: f
     async def status() -> dict[str, Any]:
         return app.state.hub.status(session.status())
 
+    @app.get(
+        "/api/history",
+        summary="The run so far: frames as the stream sends them, one after the other, fewer to the second the longer it lasts",
+    )
+    async def history() -> Response:
+        return Response(app.state.hub.history.frames(), media_type="application/octet-stream")
+
     @app.get("/api/objects", summary="Everything that can be read or set, by quantity and target")
     async def objects() -> list[dict[str, Any]]:
         return list(session.stage.objects)

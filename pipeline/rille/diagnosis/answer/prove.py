@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rille.diagnosis.comparison.block_errors import DRAWS
 from rille.diagnosis.comparison.pooled import root_mean_square
-from rille.diagnosis.evidence.applied import Simulators
+from rille.diagnosis.evidence.applied import Simulators, of_scenario
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.floor import chi2_floor
 from rille.diagnosis.evidence.held_out import Parts
@@ -88,7 +88,7 @@ def _held_out(
     The step of the replays is as large as the recordings that were fitted allow. Where others move faster, what is left may be the step's:
     it is made smaller as long as that leaves clearly less.
     """
-    own = simulators(parts.held_out[0].scenario or "").own_step
+    own = of_scenario(simulators, parts.held_out[0].scenario).own_step
     found = None
     for step in (None, *(own / finer for finer in FINER)):
         if step is not None:
@@ -108,7 +108,7 @@ def _held_out(
 
 def _stepping(simulators: Simulators, step: float | None) -> Simulators:
     """Simulators with a step [s]; None: as they are."""
-    return simulators if step is None else lambda scenario: simulators(scenario).changed(step=step)
+    return simulators if step is None else lambda scenario: of_scenario(simulators, scenario).changed(step=step)
 
 
 def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:

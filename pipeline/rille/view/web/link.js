@@ -4,6 +4,14 @@ import { tokenOfPage } from "./source.js";
 
 const MAGIC = 0x52494c4c, HEAD = 16;
 
+export function framesOf(buffer, size) { // frames of so many numbers, one after the other
+  const found = [], length = HEAD + 4 * size, head = new DataView(buffer);
+  for (let at = 0; size >= 0 && at + length <= buffer.byteLength && head.getUint32(at, true) === MAGIC; at += length) {
+    found.push({ time: head.getFloat64(at + 8, true), state: new Float32Array(buffer, at + HEAD, size), number: head.getUint32(at + 4, true) });
+  }
+  return found;
+}
+
 export class Link extends Listeners {
   constructor() {
     super();
@@ -30,9 +38,7 @@ export class Link extends Listeners {
   }
 
   #frame(buffer) {
-    const head = new DataView(buffer);
-    if (buffer.byteLength < HEAD || head.getUint32(0, true) !== MAGIC) return;
-    this.emit("frame", head.getFloat64(8, true), new Float32Array(buffer, HEAD), head.getUint32(4, true));
+    for (const { time, state, number } of framesOf(buffer, (buffer.byteLength - HEAD) / 4)) this.emit("frame", time, state, number);
   }
 
   #text(data) {

@@ -1,7 +1,7 @@
 // A live session: its status, who commands, and the buttons of the run.
 import { asked } from "./source.js";
 import { Drive } from "./drive.js";
-import { Link } from "./link.js";
+import { Link, framesOf } from "./link.js";
 import { Objects } from "./objects.js";
 import { Placing } from "./place.js";
 import { Clock } from "./clock.js";
@@ -19,8 +19,9 @@ export async function startLive() {
     try {
       if (location.protocol === "file:") throw Object.assign(new Error("A live page is opened from its server: run `rille serve MODEL.db` and open the address that it prints."), { final: true });
       const layout = await asked("api/layout"), scene = await parsedScene(await asked("scene.glb", "bytes"));
+      const history = await asked("api/history", "bytes").catch(() => new ArrayBuffer(0));
       banner("");
-      return new Live(layout, scene);
+      return new Live(layout, scene, history);
     } catch (error) {
       banner(error.final ? error.message : error instanceof TypeError ? GONE : `${GONE} (${error.message})`, "bad");
       if (error.final) throw error;
@@ -30,9 +31,11 @@ export async function startLive() {
 }
 
 export class Live {
-  constructor(layout, scene) {
+  constructor(layout, scene, history) { // history: the run so far, frames as they come over the line
     this.shape = new Shape(layout); this.track = new Track(this.shape, "live"); this.clock = new Clock(0, 0, true); this.status = { state: "ready", time: 0, speed: 1, commander: null, saves: [] };
     this.room = Math.max(600, Math.min(MOST_FRAMES, Math.floor(MOST_BYTES / (4 * this.shape.size + 8))));
+    for (const { time, state } of framesOf(history, this.shape.size)) this.track.push(time, state, this.room);
+    this.clock.range(this.track.start, this.track.end);
     this.rate = 0; this.frames = 0; this.real = null; this.anew = false; this.heard = []; // anew: the next frame is another run's; heard: events since the newest frame or status
     this.viewer = new Viewer(this.shape, scene, [this.track], this.clock, "single");
     const { tabs, keys } = this.viewer;
