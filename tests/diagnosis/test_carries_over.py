@@ -16,6 +16,9 @@ from rille.model.diagnosis import Proof
         (5.4, 0.17, 1.0, True),  # one block of windows decides: nothing is sure
         (1.07, 0.25, 0.46, True),  # hardly beyond the noise: G divides by nothing
         (1.5, 0.95, 1.0, True),
+        (1.03, -1.06, -0.001, False),  # worse than without it, and surely no better
+        (1.03, -0.3, 0.4, True),  # worse, but that may be chance
+        (1.01, 0.0, 0.001, True),  # it does not act there: nothing is said
         (np.nan, np.nan, np.nan, True),  # nothing was held out
     ],
 )

@@ -152,7 +152,7 @@ def test_a_folder_of_another_beacon_is_refused(proof):
         (("prove", "--beacon", " "), "--beacon is empty"),
         (("prove", "--beacon", "b", "--machines", "pendulm", "-o", "x"), "pendulum"),
         (("prove", "verify", "no.db"), "there is no ledger"),
-        (("prove", "table", "no.db", "-o", "nowhere"), "there is no folder"),
+        (("prove", "table", "no.db", "-o", "nowhere"), "there is no ledger"),
     ],
 )
 def test_wrong_use_is_told(words, says):

@@ -137,8 +137,11 @@ def table(
     """
     from rille.model import InputRefused
 
-    if not output.is_dir():
-        raise InputRefused(f"there is no folder '{output}'; make it first")
+    if output.exists() and not output.is_dir():
+        raise InputRefused(f"'{output}' is a file; name a folder")
+    if not ledger.exists():  # before anything is made
+        raise InputRefused(f"there is no ledger '{ledger}'")
+    output.mkdir(parents=True, exist_ok=True)
     numbers = _write_tables(ledger, output)
     if as_json:
         print_json(numbers)
@@ -160,6 +163,7 @@ def trial(
     from rille import store
     from rille.cli.prove_run import make_trial
     from rille.model import InputRefused
+    from rille.proof.seal import files_digest
     from rille.proof.trials import Trial
 
     held = store.read_ledger(ledger)
@@ -176,6 +180,10 @@ def trial(
     output.mkdir(parents=True)
     for name, content in files.items():
         (output / name).write_bytes(content)
+    if files_digest(output) != next(t.recording for t in held.trials if t.number == number):
+        say(
+            f"these are not the files that were sealed: another version of rille made those ({held.plan.version}, or an earlier state of it)"
+        )
     (output / "truth.json").write_text(json.dumps(again, indent=2) + "\n", encoding="utf-8")
     answer = next((a for a in held.answers if a.trial == number), None)
     if answer is not None:

@@ -25,6 +25,7 @@ Progress = Callable[[int, int, str], None] | None
 FLOOR = 1.0  # [sigma] root mean square of noise
 LEAST = 4  # blocks of windows that an interval needs
 LEAST_GAP, PLAIN = 0.7, 1.2  # that an answer closes at least, where what was held out is so far beyond the noise [sigma]
+HARM = 0.1  # of the gap: what surely closes less than that, and widens it by as much, does harm
 SEEN = 2.0  # standard deviations of chi-squared from which on an excess is one
 FINER = (4, 16)  # times finer than the model's own step, where what is left may be the step's
 LESS = 0.98  # of the root mean square, that a finer step must leave at most to be taken
@@ -187,9 +188,9 @@ def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelF
 
 def carries_over(proof: Proof, *, pieces: int = 1) -> bool:
     """Whether the answer may hold for what it was not fitted to. Not where that is plainly beyond the noise, and stays so: the share that
-    is left is surely more than the catalogue may leave unnamed. Nor where several pieces together, which fit anything better, may close
-    nothing of the gap.
+    is left is surely more than the catalogue may leave unnamed. Nor where it surely closes nothing of the gap, and widens it on the whole.
+    Nor where several pieces together, which fit anything better, may close nothing of it.
     """
-    if pieces > 1 and proof.low <= 0:
+    if (pieces > 1 and proof.low <= 0) or (proof.high < HARM and proof.gap_closed < -HARM):
         return False
     return not (proof.before > PLAIN and proof.high < LEAST_GAP)
