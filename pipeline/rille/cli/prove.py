@@ -181,9 +181,7 @@ def trial(
     for name, content in files.items():
         (output / name).write_bytes(content)
     if files_digest(output) != next(t.recording for t in held.trials if t.number == number):
-        say(
-            f"these are not the files that were sealed: another version of rille made those ({held.plan.version}, or an earlier state of it)"
-        )
+        say(f"these are not the files that were sealed: another state of rille made those (version {held.plan.version})")
     (output / "truth.json").write_text(json.dumps(again, indent=2) + "\n", encoding="utf-8")
     answer = next((a for a in held.answers if a.trial == number), None)
     if answer is not None:
