@@ -268,6 +268,15 @@ def test_who_comes_late_sees_the_run_so_far(fake: Fake, tab: Tab):
         assert tab.complaints == []
 
 
+def test_a_run_that_waits_is_shown_at_once(fake: Fake, tab: Tab):
+    """The first frame is what the history ended with: nothing new, and the page is ready."""
+    fake.history.append(fake.frame())
+    with served(fake) as address:
+        tab.page.goto(address)
+        assert tab.page.evaluate("Promise.race([rille.ready.then(() => true), new Promise(done => setTimeout(() => done(false), 5000))])")
+        assert tab.complaints == []
+
+
 @pytest.mark.parametrize(("driven", "saved"), [(True, 50.0), (True, 0.1), (False, 50.0)])
 def test_another_run_has_a_history_of_its_own(fake: Fake, live: Tab, driven: bool, saved: float):
     """A state of another time is loaded, later or earlier than now: path, trails, plots and events are of what came since."""

@@ -74,7 +74,7 @@ export class Live {
     if (this.anew) this.track.clear();
     const pushed = this.track.push(time, state, this.room), how = this.anew ? "back" : pushed;
     this.anew = false; this.heard = []; this.frames++;
-    if (how === "same") return;
+    if (how === "same" && !this.arrived) return; // of a run that waits the history has shown it all; the page is ready all the same
     if (how === "back") this.track.events = this.track.events.filter(event => event.time <= time);
     this.viewer.grown(how === "back");
     this.clock.range(this.track.start, this.track.end);
