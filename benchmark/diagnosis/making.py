@@ -17,7 +17,7 @@ from trials import Trial
 
 from rille import store
 from rille.cli.import_recording import import_recording
-from rille.cli.prove_making import MODEL, excess_of, write_recording, write_subject
+from rille.cli.prove_making import MODEL, misfits_of, write_recording, write_subject
 from rille.cli.record_run import simulated_recording
 from rille.model import InputRefused, PhysicsFailed, Scenario
 from rille.model.recording import Recording
@@ -59,7 +59,7 @@ class Maker:
         write_subject(self.subject, self.model)
         for scenario in self.scenarios:
             store.write_scenario(self.model, scenario)
-        self.squares = excess_of(self.model)
+        self.misfits = misfits_of(self.model)
 
     def recordings(self, size: float, names: Sequence[str]) -> list[Recording]:
         """What is recorded of the machine as it is. Raises PhysicsFailed where a run does not reach its end."""
@@ -90,14 +90,14 @@ class Maker:
         Noise as it is, also where the manifest hides it. floor : of channels the normalised^2 that they have without the fault, if above 1:
         values at rest are all rounded alike.
         """
-        beyond = {name: square - max(1.0, (floor or {}).get(name, 1.0)) for name, square in self.squares(recordings).items()}
+        beyond = {name: one.square - max(1.0, (floor or {}).get(name, 1.0)) for name, one in self.misfits(recordings).items()}
         worst = max(beyond, key=lambda name: beyond[name])
         return float(np.sqrt(max(0.0, beyond[worst]))), worst
 
     @cached_property
     def floor(self) -> Mapping[str, float]:
         """Of channels normalised^2 without the fault."""
-        return self.squares(self.recordings(0.0, TRAINING))
+        return {name: one.square for name, one in self.misfits(self.recordings(0.0, TRAINING)).items()}
 
     def strength(self, size: float) -> tuple[float, str]:
         """Excess in the training recordings at a size; infinite where physics ends a run or refuses the numbers."""

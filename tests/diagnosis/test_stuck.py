@@ -102,3 +102,12 @@ def test_without_a_witness_nobody_is_blamed():
     _, stuck = without_stuck(parts(one, recording("two", 1.0)))
     nothing = replace(made_diagnosis(), verdict="nothing_missing", ranked=(), groups=(), setting=(), proof=None)
     assert blamed(nothing, stuck, KINDS).verdict == "nothing_missing"
+
+
+def test_a_finding_that_tells_no_stretch_keeps_the_channel_out():
+    """Which samples are wrong is not known: none of them is believed."""
+    held = GateFinding(code="stuck", severity="warning", channel="angle", message="")
+    made = parts(replace(recording("one", 0.0, findings=False), findings=(held,)), recording("two", 1.0))
+    cleaned, stuck = without_stuck(made)
+    assert cleaned == made
+    assert stuck == ()

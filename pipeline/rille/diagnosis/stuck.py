@@ -76,7 +76,7 @@ def _cleaned(recording: Recording, limits: set[str], largest: Mapping[str, float
             continue
         far = (1 - WITHIN) * largest[channel.name]
         still = np.abs(channel.value) >= far if is_limit else _held(channel, findings)
-        if is_limit or np.count_nonzero(~still) >= LEAST_LEFT * len(still):
+        if np.any(still) and (is_limit or np.count_nonzero(~still) >= LEAST_LEFT * len(still)):
             mended.add(channel.name)
             channels.append(replace(channel, time=channel.time[~still], value=channel.value[~still]))
         else:
