@@ -21,6 +21,7 @@ from rille.cli.prove_making import MODEL, misfits_of, write_recording, write_sub
 from rille.cli.record_run import simulated_recording
 from rille.model import InputRefused, PhysicsFailed, Scenario
 from rille.model.recording import Recording
+from rille.proof.making import Misfit, excess
 from rille.proof.strength import Unreachable, find_size
 from rille.proof.subject import Subject
 from rille.proof.trials import HELD_OUT, TRAINING
@@ -84,20 +85,14 @@ class Maker:
     def _seed(self, name: str) -> int:
         return int(np.random.default_rng([*name.encode(), int(self.trial.random("noise").integers(1 << 31))]).integers(1 << 31))
 
-    def excess(self, recordings: Sequence[Recording], floor: Mapping[str, float] | None = None) -> tuple[float, str]:
-        """sqrt(normalised^2 - floor) of the channel where it is largest, and that channel.
-
-        Noise as it is, also where the manifest hides it. floor : of channels the normalised^2 that they have without the fault, if above 1:
-        values at rest are all rounded alike.
-        """
-        beyond = {name: one.square - max(1.0, (floor or {}).get(name, 1.0)) for name, one in self.misfits(recordings).items()}
-        worst = max(beyond, key=lambda name: beyond[name])
-        return float(np.sqrt(max(0.0, beyond[worst]))), worst
+    def excess(self, recordings: Sequence[Recording], floor: Mapping[str, Misfit] | None = None) -> tuple[float, str]:
+        """``rille.proof.making.excess`` with noise as it is, also where the manifest hides it. floor : without the fault."""
+        return excess(self.misfits(recordings), floor or {})
 
     @cached_property
-    def floor(self) -> Mapping[str, float]:
-        """Of channels normalised^2 without the fault."""
-        return {name: one.square for name, one in self.misfits(self.recordings(0.0, TRAINING)).items()}
+    def floor(self) -> Mapping[str, Misfit]:
+        """Of channels what is shown without the fault."""
+        return self.misfits(self.recordings(0.0, TRAINING))
 
     def strength(self, size: float) -> tuple[float, str]:
         """Excess in the training recordings at a size; infinite where physics ends a run or refuses the numbers."""

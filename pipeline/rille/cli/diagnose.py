@@ -97,14 +97,8 @@ def diagnose(
         say(f"taken from an earlier run of this command: {', '.join(stages.found)} (--fresh begins anew)")
     for note in diagnosis.notes:
         say(note)
-    say(
-        f"kept as {finding.name} in {database}"
-        + (
-            ""
-            if all(term.hypothesis.cause == "sensor" for term in diagnosis.setting)
-            else f"; `rille apply {database} {finding.name} -o improved.db`"
-        )
-    )
+    changes = any(term.hypothesis.cause != "sensor" for term in diagnosis.setting)
+    say(f"kept as {finding.name} in {database}" + (f"; `rille apply {database} {finding.name} -o improved.db`" if changes else ""))
     if report is not None:
         say(f"wrote {report}")
 

@@ -139,9 +139,6 @@ def table(
 
     if output.exists() and not output.is_dir():
         raise InputRefused(f"'{output}' is a file; name a folder")
-    if not ledger.exists():  # before anything is made
-        raise InputRefused(f"there is no ledger '{ledger}'")
-    output.mkdir(parents=True, exist_ok=True)
     numbers = _write_tables(ledger, output)
     if as_json:
         print_json(numbers)
@@ -210,6 +207,7 @@ def _write_tables(ledger: Path, folder: Path) -> dict[str, Any]:
     file = ledger.parent / AGREEMENT
     agreement = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     numbers = as_json(lines, baselines, agreement, real)
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "table.md").write_text(markdown(lines, baselines, agreement, real), encoding="utf-8")
     (folder / "table.json").write_text(json.dumps(_plain(numbers), indent=1) + "\n", encoding="utf-8")
     facts = {"beacon": held.plan.beacon, "root": held.plan.root, "version": held.plan.version, "truth kept away by": held.plan.isolation}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rille.model.recording import Recording
-    from rille.proof.making import Made, Misfit, Misfits
+    from rille.proof.making import Made, Misfits
     from rille.proof.subject import Subject
     from rille.proof.trials import Drawn
 
@@ -45,7 +45,7 @@ def misfits_of(model: Path) -> "Misfits":
     from rille.diagnosis.comparison.pooled import pool
     from rille.proof.making import Misfit
 
-    def misfits(recordings: "Sequence[Recording]") -> "Mapping[str, Misfit]":
+    def misfits(recordings: "Sequence[Recording]") -> Mapping[str, Misfit]:
         compared = [
             compare_points(model, one)
             if one.kind == "points"

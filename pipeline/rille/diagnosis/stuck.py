@@ -52,12 +52,17 @@ def without_stuck(parts: Parts) -> tuple[Parts, tuple[Stuck, ...]]:
         f.channel
         for recording in everything
         for f in recording.findings
-        if f.code in CODES and f.severity != "note" and _value(f) >= (1 - WITHIN) * largest.get(f.channel, np.inf) > 0
+        if _tells(f) and _value(f) >= (1 - WITHIN) * largest.get(f.channel, np.inf) > 0
     }
     found: dict[str, Stuck] = {}
     cleaned = [_cleaned(recording, limits, largest, found) for recording in everything]
     count = len(parts.training)
     return replace(parts, training=tuple(cleaned[:count]), held_out=tuple(cleaned[count:])), tuple(found.values())
+
+
+def _tells(finding: GateFinding) -> bool:
+    """Whether a finding says that a channel stood still."""
+    return finding.code in CODES and finding.severity != "note"
 
 
 def _value(finding: GateFinding) -> float:
@@ -69,7 +74,7 @@ def _cleaned(recording: Recording, limits: set[str], largest: Mapping[str, float
     """One recording without these samples; what was found is added to ``found``."""
     channels, mended = [], set()
     for channel in recording.channels:
-        findings = [f for f in recording.findings if f.channel == channel.name and f.code in CODES and f.severity != "note"]
+        findings = [f for f in recording.findings if f.channel == channel.name and _tells(f)]
         is_limit = channel.name in limits
         if channel.role != "observed" or not (findings or is_limit):
             channels.append(channel)
@@ -116,7 +121,8 @@ def blamed(diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectK
     proven = [one for one in stuck if one.witnesses]
     if diagnosis.verdict != "nothing_missing" or not proven:
         return said
-    terms = tuple(_named(one, {kind.name: kind for kind in kinds}) for one in proven)
+    catalogue = {kind.name: kind for kind in kinds}
+    terms = tuple(_named(one, catalogue) for one in proven)
     (weight,), _ = probabilities(np.zeros(1), np.zeros(1), 0.0)
     row = RankedHypothesis(
         terms=terms,
@@ -141,13 +147,13 @@ def _named(one: Stuck, kinds: Mapping[str, EffectKind]) -> NamedTerm:
     """The fault in the words of the catalogue."""
     if not one.is_limit:
         return NamedTerm(term=Hypothesis(cause="sensor", kind=STUCK, target=one.channel, target_kind="channel", free=()).at(), estimates=())
-    number, value = kinds[LIMIT].parameters[0], 1.0 / abs(one.value)
+    kind = kinds[LIMIT]
+    number, value = kind.parameters[0], 1.0 / abs(one.value)
     unit = f"1/({one.unit})" if " " in one.unit or "/" in one.unit else f"1/{one.unit}"
     low, high = (1 - KNOWN) * value, (1 + KNOWN) * value
     free = FreeNumber(name=number.name, unit=unit, amplitude=True, lower=0.0, upper=number.upper, start=value, spread=value)
     hypothesis = Hypothesis(cause="sensor", kind=LIMIT, target=one.channel, target_kind="channel", free=(free,))
     estimate = Estimate(name=number.name, unit=unit, value=value, low=low, high=high, at_bound="", conditioning=0.0)
-    kind = kinds[LIMIT]
     return NamedTerm(
         term=hypothesis.at({number.name: value}), estimates=(estimate,), equation=kind.equation, source=kind.source, meaning=kind.meaning
     )

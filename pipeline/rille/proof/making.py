@@ -115,7 +115,7 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
             return None
 
     def strength(one: Hidden) -> Callable[[float], tuple[float, str]]:
-        return lambda size: _beyond(shown(one, size), base)
+        return lambda size: excess(shown(one, size), base)
 
     size, found, channel = find_size(strength(hidden), wanted, hidden.first, hidden.most, hidden.least)
     others = []
@@ -124,8 +124,8 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
             others.append((other, find_size(strength(other), wanted, other.first, other.most)[0]))
         except Unreachable:
             continue
-    here = shown(hidden, size)
-    if others and here is not None:
+    here = shown(hidden, size) if others else None
+    if here is not None:
         left = [_left_by(here, base, shown, other, begin)[0] for other, begin in others]
         nearest = [others[k] for k in np.argsort(left, kind="stable")[:NEAREST]]
 
@@ -139,8 +139,10 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
     return Piece(hidden=hidden, size=size, strength=found, channel=channel)
 
 
-def _beyond(here: Mapping[str, Misfit] | None, base: Mapping[str, Misfit]) -> tuple[float, str]:
-    """Excess [noise] over what the base model shows without the concealed thing, and the channel in which it is largest."""
+def excess(here: Mapping[str, Misfit] | None, base: Mapping[str, Misfit]) -> tuple[float, str]:
+    """sqrt(normalised^2 - that without the concealed thing, if above 1) of the channel where it is largest, and that channel: values at
+    rest are all rounded alike. here : what is shown; None: physics ended the run, which is infinitely much. base : without it.
+    """
     if here is None:
         return np.inf, ""
     beyond = {name: one.square - max(1.0, base[name].square if name in base else 1.0) for name, one in here.items()}
@@ -159,7 +161,7 @@ def _left_by(
 
     That size is found in proportion from the given one, then once more from there.
     """
-    left = _beyond(here, base)
+    left = excess(here, base)
     change = _change(here, base)
     for _ in range(PROPORTIONS):
         there = shown(other, size)

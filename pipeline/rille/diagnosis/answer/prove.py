@@ -92,9 +92,8 @@ def _held_out(
     own = of_scenario(simulators, parts.held_out[0].scenario).own_step
     found = None
     for step in (None, *(own / finer for finer in FINER)):
-        if step is not None:
-            like |= {"rough": None}
-        held = gather(_stepping(simulators, step), parts.held_out, on_progress=on_progress, **like)
+        more: dict[str, Any] = like if step is None else like | {"rough": None}
+        held = gather(_stepping(simulators, step), parts.held_out, on_progress=on_progress, **more)
         after = held.relinearised(setting, on_progress)
         sizes = [_chi2(held, ()), _chi2(after, setting)]
         if found is not None and not _root(sizes[1].sum(axis=1)) < LESS * _root(found[2][1].sum(axis=1)):

@@ -173,10 +173,11 @@ def _whole_faults(screened: Screened, *, gross: bool) -> list[Term]:
     beyond = judge.per_channel(judge.base**2)
     worst = [judge.evidence.channels[k].name for k in np.argsort(-beyond, kind="stable")[:WHOLE_FAULTS]]
     found = []
-    for h in (s.hypothesis for s in screened.signatures):
-        (*_, known) = [n.lower > (1 - TOLD) * n.upper for n in h.free if n.amplitude and n.lower > n.absent] or [None]
-        if h.target in worst and known is not None and (gross or known):
-            found.append(h.at({n.name: n.start if known else n.upper for n in h.free if n.amplitude}))
+    for h in (s.hypothesis for s in screened.signatures if s.hypothesis.target in worst):
+        amplitudes = [n for n in h.free if n.amplitude]
+        told = any(n.lower > max(n.absent, (1 - TOLD) * n.upper) for n in amplitudes)
+        if told or (gross and any(n.lower > n.absent for n in amplitudes)):
+            found.append(h.at({n.name: n.start if told else n.upper for n in amplitudes}))
     return found
 
 
