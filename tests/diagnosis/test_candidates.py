@@ -17,6 +17,7 @@ from rille.diagnosis.hypotheses.tries import place_tries
 from rille.model import Command, Drive, Effect, Grouser, InputRefused, Scenario
 from rille.model.diagnosis import Location, Span
 from rille.model.recording import Channel
+from rille.proof.machines import MAKERS
 
 KINDS = store.effect_kinds()
 NEEDING = {need: {k.name for k in KINDS if k.needs == need} for need in ("drive", "grousers", "soft_ground", "gravity")}
@@ -174,6 +175,13 @@ def test_pulses_only_where_the_difference_is_short():
             assert set(values) == {n.name for n in h.free if not n.amplitude}
             assert all(n.lower <= values[n.name] <= n.upper for n in h.free if not n.amplitude)
             assert all(2.9 <= v <= 3.6 for k, v in values.items() if k.endswith("_x"))  # x = t: where it was then
+
+
+def test_pushes_at_the_joints_of_what_the_world_holds():
+    """An arm of four joints is asked for them, whatever the difference looks like, as it is for pushes at its bodies."""
+    arm = MAKERS["arm"](np.random.default_rng(0)).rover
+    found = of(candidates(machine_of(arm, gravity=9.81), (), KINDS, Location(shape="everywhere")))
+    assert {t for k, t in found if k == "joint_pulse"} == {"waist", "shoulder", "elbow", "motor"}
 
 
 def test_gravity_may_be_of_another_planet_but_that_is_believed_last():

@@ -11,7 +11,7 @@ from rille.diagnosis.evidence import evidence_part
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.held_out import Parts, cut_in_time
 from rille.diagnosis.evidence.replay_evidence import gather
-from rille.diagnosis.evidence.window_and_step import window_and_step
+from rille.diagnosis.evidence.window_and_step import window_and_step, window_and_step_of_all
 from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.starts.noise_floor import shared_noise
@@ -216,6 +216,8 @@ def test_the_step_is_as_large_as_the_noise_allows(make_model):
     steps = [window_and_step(simulate.Replayer(path), r, noise=shared_noise([r]), **known)[1] for r in (run, noisy, thin)]
     assert steps[0] == steps[1] == 1e-3  # 450 Hz
     assert 1e-3 < steps[2] <= 0.5 * 8 / 450
+    of_all = window_and_step_of_all({"swing": simulate.Replayer(path)}, [thin, run], noise=shared_noise([thin, run]), window=0.5)
+    assert of_all[:2] == (0.5, steps[0])
 
 
 def test_windows_shorter_than_the_grid_of_steps_are_tried_too(make_model):

@@ -10,7 +10,8 @@ from rille.diagnosis.inference.fit import estimates, fit
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.screen import screen
 from rille.model.hypothesis import Setting
-from toy_evidence import catalogue, effect, named, number, recorded
+from rille.model.recording import Channel
+from toy_evidence import catalogue, effect, named, number, recorded, shape
 
 
 def first_of(screened):
@@ -104,3 +105,51 @@ def test_an_end_never_pays():
     (lost,) = judge.whitened([(wild,)])
     assert judge.chi2 > 1e4
     assert lost @ lost > judge.chi2
+
+
+class Felt:
+    """An accelerometer and nothing else: 2 kHz of a push of 3 from 0.9 to 1.1 s, with noise of 0.3, in windows of half a second."""
+
+    NOISE, RISE = 0.3, 2e-4
+
+    def __init__(self):
+        self.time = np.arange(0, 2, 5e-4)
+        self.channels = (
+            Channel(name="felt", quantity="part.linear_acceleration", target="left", component="x", unit="m/s^2", role="observed"),
+        )
+        self.channel, self.window = np.zeros(len(self.time), dtype=int), (2 * self.time + 1e-9).astype(int)
+        self.run, self.starts = np.zeros(4, dtype=int), np.arange(4) / 2
+        self.stops = self.starts + 0.5
+        self.sigma, self.start_gain = np.full(len(self.time), self.NOISE), np.zeros((len(self.time), 0))
+        self.measured = self.shown(force=3.0, start=0.9, duration=0.2) + np.random.default_rng(1).normal(0, self.NOISE, len(self.time))
+
+    def shown(self, force, start, duration):
+        """The push, that sets in and ends within fractions of a millisecond."""
+        return force * (np.clip((self.time - start) / self.RISE, 0, 1) - np.clip((self.time - start - duration) / self.RISE, 0, 1))
+
+    def residuals(self, settings):
+        """As of ``Evidence``."""
+        return np.array([(self.measured - sum((self.shown(**t.numbers) for t in s), 0.0 * self.time)) / self.NOISE for s in settings])
+
+
+@pytest.mark.parametrize(("start", "duration"), [(0.93, 0.17), (0.87, 0.23), (0.9, 0.15), (0.9, 0.25), (0.95, 0.2)])
+def test_the_edges_of_a_push_are_found_from_either_side(start, duration):
+    """What is felt before a push begins says nothing of one that begins later: with derivatives to one side alone it stays where it is.
+
+    Both edges to a hundredth of a second, the force to the twentieth that this makes of the impulse.
+    """
+    push = effect(
+        "push", "left", number("force", lower=-100), shape("start", 0.0, 0, 2, "time", 0.2), shape("duration", 0.2, 0.01, 1, "scale")
+    )
+    found = fit(Felt(), (push.at({"force": 2.5, "start": start, "duration": duration}),)).setting[0].numbers
+    assert (found["start"], found["start"] + found["duration"]) == pytest.approx((0.9, 1.1), abs=0.01)
+    assert found["force"] == pytest.approx(3.0, rel=0.05)
+
+
+@pytest.mark.parametrize("late", [0.04, 0.1, 0.2])
+def test_a_number_whose_derivative_is_not_known_yet_stays(late):
+    """The first trial change of the duration is shorter than a step, so that nothing answers: what is usual must not pull it away."""
+    evidence = recorded((named("push", "left", force=2.0, start=3.1, duration=0.8),), seconds=10)
+    late_push = named("push", "left", force=1.5, start=3.1 + late, duration=0.8 - late)
+    fitted = fit(evidence, (late_push,))
+    assert fitted.setting[0].numbers == pytest.approx({"force": 2.0, "start": 3.1, "duration": 0.8}, rel=0.03)

@@ -9,7 +9,7 @@ from rille import store
 from rille.model import Command, Effect, InputRefused, PhysicsFailed, Pose
 from rille.model.recording import Frame
 from rille.proof.generator.reading import Reading
-from rille.proof.generator.ride import ride
+from rille.proof.generator.ride import extrapolated_ride, ride
 from rille.proof.machines import MAKERS
 from rille.proof.maneuvers import maneuver
 from rille.simulate.recorder import Wanted, record
@@ -190,6 +190,23 @@ def test_laws_of_joints_and_bodies_act_on_a_rover(bare, coarse, solver, kind, ta
 def test_the_step_hardly_matters(bare, coarse):
     """2 ms instead of 1 ms move the chassis by 0.05 mm (RMS) in 0.4 m of way, less than what is between generator and solver."""
     assert rms(part(coarse, "position") - part(bare[0], "position")) < 2e-4
+
+
+def test_extrapolation_takes_away_most_of_the_error_of_first_order():
+    """The error of a run of 1 ms, beside runs of 0.5 and 0.25 ms extrapolated: less than a third of it.
+
+    Steering, 0.05 mrad off, does not get better: its drive is at its limits.
+    """
+    groups = {name: GROUPS[name] for name in ("position", "attitude", "speed")} | {"turned": of("joint.position", WHEELS)}
+    readings = [reading for group in groups.values() for reading in group]
+    one, half, quarter = (np.array(ride(MACHINE, SCENARIO, (), readings, step=step)) for step in (1e-3, 5e-4, 2.5e-4))
+    limit = 2 * quarter - half
+    left, before = np.array(extrapolated_ride(MACHINE, SCENARIO, (), readings)) - limit, one - limit
+    first = 0
+    for name, group in groups.items():
+        rows = slice(first, first + len(group))
+        assert rms(left[rows]) < rms(before[rows]) / 3, name
+        first = rows.stop
 
 
 def test_a_standing_rover_stands_and_its_wheels_carry_it():

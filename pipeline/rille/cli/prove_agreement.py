@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from rille.proof.trials import Drawn
 
 DRAWS = 3  # machines with a maneuver each
-FINER = 0.1  # step of the solver, of the model's: what is compared is two descriptions, not two steps
+FINER = 0.025  # step of the solver, of the model's: what is compared is two descriptions, not two steps
 FIRST = 1_000_000  # number of the first: no trial has it
 ROUNDED = 12**-0.5  # 1 sigma of a value that is rounded, of its resolution
 

@@ -67,16 +67,16 @@ def _times(database: Path, training: "Sequence[Recording]", held_out: "Sequence[
     from rille.cli.baseline_tables import time_table
     from rille.diagnosis.evidence.evidence import Metric
     from rille.diagnosis.evidence.replay_evidence import gather
-    from rille.diagnosis.evidence.window_and_step import window_and_step
+    from rille.diagnosis.evidence.window_and_step import window_and_step_of_all
     from rille.diagnosis.hypotheses.candidates import candidates
 
     noise = diagnosis.shared_noise([*training, *held_out])
-    first = replace(training[0], scenario=store.read_scenario(database, training[0].scenario).name)
-    simulator = simulate.Replayer(database, first.scenario)
-    _, step, rough = window_and_step(simulator, first, noise=noise, duration=0.0, window=WINDOW)  # as a diagnosis does
+    both = [[replace(r, scenario=store.read_scenario(database, r.scenario).name) for r in side] for side in (training, held_out)]
+    _, step, rough = window_and_step_of_all(
+        lambda scenario: simulate.Replayer(database, scenario or None), both[0], noise=noise, window=WINDOW
+    )  # as a diagnosis does
     sides = []
-    for recordings in (training, held_out):
-        placed = [replace(r, scenario=store.read_scenario(database, r.scenario).name) for r in recordings]
+    for placed in both:
         evidence = gather(
             lambda scenario: simulate.Replayer(database, scenario or None).changed(step=step),
             placed,

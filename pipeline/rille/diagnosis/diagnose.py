@@ -17,7 +17,7 @@ from rille.diagnosis.evidence.floor import chi2_floor
 from rille.diagnosis.evidence.held_out import Parts, extent, held_out_parts
 from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
-from rille.diagnosis.evidence.window_and_step import window_and_step
+from rille.diagnosis.evidence.window_and_step import window_and_step_of_all
 from rille.diagnosis.evidence.window_length import LENGTHS
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_known
 from rille.diagnosis.hypotheses.natural import natural
@@ -95,7 +95,9 @@ def diagnose(
     if chosen.only or chosen.without:
         _require_known(simulators, parts, kinds, chosen)
     noise = shared_noise([*parts.training, *parts.held_out])
-    window, step, rough = run.run("windows and step", 0.0, 0.05, lambda told: _window_and_step(simulators, parts, noise, chosen))
+    window, step, rough = run.run(
+        "windows and step", 0.0, 0.05, lambda told: window_and_step_of_all(simulators, parts.training, noise=noise, window=chosen.window)
+    )
 
     def coarse(scenario: str) -> Any:
         simulator = simulators(scenario)
@@ -116,14 +118,6 @@ def _require_known(simulators: Callable[[str], Any], parts: Parts, kinds: Sequen
     machine = simulators(parts.training[0].scenario or "").machine()
     channels = [channel for recording in parts.training for channel in recording.channels]
     require_known(candidates(machine, channels, kinds), kinds, options.only, options.without)
-
-
-def _window_and_step(simulators: Callable[[str], Any], parts: Parts, noise: Noise, options: Options) -> tuple[float, float, float | None]:
-    """Length of windows, step of all replays, and of first looks [s]: what the first recording allows."""
-    recording = parts.training[0]
-    simulator = simulators(recording.scenario or "")
-    duration = sum(last - first for first, last in map(extent, parts.training))
-    return window_and_step(simulator, recording, noise=noise, duration=duration, window=options.window)
 
 
 def _diagnosed(

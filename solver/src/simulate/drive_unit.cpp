@@ -40,12 +40,14 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
   n_rows_ = 0;
   given_effort_ = 0;
   value_ = mean_set_value_;
-  if (line_.lag > 0) {  // exact for a command that is constant over the step; a servo heeds its end, an effort acts by its mean
+  // Exact for a command that is constant over the step. An effort acts by its mean, and so does a speed, so that the way is right; a position
+  // counts where it ends.
+  if (line_.lag > 0) {
     if (!lag_started_ && drive_->mode == DriveMode::position) lagged_ = set_value_;
     lag_started_ = true;
     const double nearer = -std::expm1(-h / line_.lag), ahead = mean_set_value_ - lagged_;
     lagged_ += nearer * ahead;
-    value_ = drive_->mode == DriveMode::torque ? mean_set_value_ - line_.lag / h * nearer * ahead : lagged_;
+    value_ = drive_->mode == DriveMode::position ? lagged_ : mean_set_value_ - line_.lag / h * nearer * ahead;
   }
   double value = value_;
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from rille.diagnosis.evidence.applied import Simulators, of_scenario
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.evidence_part import Part, gather_part
+from rille.diagnosis.evidence.held_out import extent
 from rille.diagnosis.evidence.window_length import window_length
 from rille.diagnosis.starts.start_fit import between
 from rille.diagnosis.starts.step_error import finest
@@ -55,6 +57,24 @@ def window_and_step(
         part = gather_part(rough, recording, window=window, noise=noise, grid=grid, most=most, corrected=False)
     multiple, doubled = _largest(simulator, part, multiples)
     return window, multiple * simulator.step, 2 * multiple * simulator.step if doubled else None
+
+
+def window_and_step_of_all(
+    simulators: Simulators, recordings: Sequence[Recording], *, noise: Mapping[str, tuple[float, str]], window: float | None = None
+) -> tuple[float, float, float | None]:
+    """Length of windows as the first recording allows, steps as all do: what one that moves faster shows of a long step is no physics.
+
+    simulators : as of ``gather``. Others as of ``window_and_step``.
+    """
+    duration = sum(last - first for first, last in map(extent, recordings))
+    length, steps, roughly = window or 0.0, [], []
+    for recording in recordings:
+        simulator = of_scenario(simulators, recording.scenario)
+        length, step, rough = window_and_step(simulator, recording, noise=noise, duration=duration, window=length or None)
+        steps.append(step)
+        roughly.append(rough or 0.0)
+    step, rough = min(steps), min(roughly)
+    return length, step, rough if rough > step else None
 
 
 def _largest(simulator: Any, part: Part, multiples: Sequence[int]) -> tuple[int, bool]:

@@ -66,7 +66,7 @@ def _targets(machine: Machine, kind: EffectKind, location: Location | None) -> l
         fit = [w.name for w in machine.wheels if (w.soft or not soft) and (kind.needs != "grousers" or w.grouser_count > 0)]
         fit = fit if machine.has_ground or machine.soft_ground else []
     else:
-        if momentary and not short and not _is_small(machine):
+        if momentary and not short and _is_large(machine):
             return []
         driven = {drive.joint for drive in machine.drives}
         known = [j.name for j in machine.joints if j.kind in ("hinge", "prismatic")]
@@ -85,12 +85,12 @@ def _bodies(machine: Machine, kind: EffectKind, short: bool) -> list[str]:
     """
     bodies = matters(machine, moving_bodies(machine))
     local = any(p.search == "place" or (p.search == "time" and not short) for p in kind.parameters)
-    return [machine.root] if machine.root and local and not _is_small(machine) else bodies
+    return [machine.root] if local and _is_large(machine) else bodies
 
 
-def _is_small(machine: Machine) -> bool:
-    """Whether laws of a moment or a place can be tried at all of its targets."""
-    return len(matters(machine, moving_bodies(machine))) <= FEW_BODIES
+def _is_large(machine: Machine) -> bool:
+    """Whether laws of a moment or a place cannot be tried at all of its targets: a vehicle of many bodies."""
+    return bool(machine.root) and len(matters(machine, moving_bodies(machine))) > FEW_BODIES
 
 
 def _hypothesis(machine: Machine, kind: EffectKind, target: str, scales: Natural, location: Location | None) -> Hypothesis:

@@ -2,7 +2,8 @@
 
 Minimises chi2(u)/kappa + sum_k precision_k (u_k - centre_k)^2, kappa = max(1, chi2 per degree): a model that is wrong anyway must not
 outweigh what is usual. Derivatives are differences through the simulator; all trial changes of an iteration, and all step lengths, are
-asked for together, over all settings that are fitted at once.
+asked for together, over all settings that are fitted at once. What begins and ends somewhere has another derivative to either side: a push
+that begins later says nothing of the moments before it, where it may be missing. Both are tried, and that which promises more is taken.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from rille.diagnosis.inference.bounded_squares import bounded_minimum
 from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together
 from rille.diagnosis.inference.unknowns import Unknown, coordinates, setting_at, unknowns_of
 from rille.model.diagnosis import Estimate
-from rille.model.hypothesis import Setting
+from rille.model.hypothesis import Hypothesis, Setting
 
 ITERATIONS = 10
 # Lengths and dampings (Marquardt 1963) of a step that are tried together, one row after the other until one helps.
@@ -28,6 +29,7 @@ LEAST_CHANGE, MOST_CHANGE = 0.003, 0.1  # of an amplitude's size
 LEAST_SHAPE, MOST_SHAPE = 0.03, 0.2  # of another number's: solvers resolve times by steps
 ERRORS = 2.0  # [standard errors] of a number, for its derivative once they are known
 LOUD = 0.3  # of the residuals: a trial change that does more than this tells no derivative
+EDGED = ("time", "place")  # searches of numbers that say where something begins
 DEAF = 1e-6  # chi-squared of one that does nothing, and is tried larger as long as the fit goes on
 AT_BOUND = 1e-6  # [spread] from a bound
 
@@ -91,12 +93,20 @@ def _inquire(judge: Judge, several: Sequence[Setting], known: list[float]) -> In
     centre, precision = np.array([u.centre for u in unknowns]), np.array([u.precision for u in unknowns])
     change = np.array([CHANGE * u.size(x) if abs(x - u.number.absent) > 0 or not u.number.amplitude else u.number.spread
                        for u, x in zip(unknowns, where, strict=True)])  # fmt: skip
+    edged = [k for k, u in enumerate(unknowns) if not u.number.amplitude and _has_edges(setting[u.term].hypothesis)]
     jacobian = np.empty((0, len(residual)), dtype=np.float32)
     for _ in range(ITERATIONS if unknowns else 0):
         steps = np.array([_signed(u, x, h) for u, x, h in zip(unknowns, where, change, strict=True)])
-        blocks = yield [setting_at(setting, unknowns, where + step * unit) for step, unit in zip(steps, np.eye(len(unknowns)), strict=True)]
+        units = np.eye(len(unknowns))
+        back = np.clip(where - steps, *np.array([u.bounds for u in unknowns]).T) - where
+        ways = [*zip(steps, units, strict=True), *((back[k], units[k]) for k in edged)]
+        blocks = yield [setting_at(setting, unknowns, where + step * unit) for step, unit in ways]
         replays += len(blocks)
         blocks -= residual
+        for k, other in zip(edged, blocks[len(unknowns) :], strict=True):
+            if _promise(other, residual) > _promise(blocks[k], residual):
+                blocks[k], steps[k] = other, back[k]
+        blocks = blocks[: len(unknowns)]
         answers = np.sum(blocks**2, axis=1)
         loud, deaf = answers > LOUD * float(residual @ residual), answers < DEAF
         jacobian = (blocks / np.where(steps == 0, 1.0, steps)[:, None]).astype(np.float32)
@@ -108,6 +118,7 @@ def _inquire(judge: Judge, several: Sequence[Setting], known: list[float]) -> In
         bounds = np.array([u.bounds for u in unknowns])
         stride = np.array([u.stride for u in unknowns])
         down, up = np.maximum(np.minimum(bounds[:, 0] - where, 0.0), -stride), np.minimum(np.maximum(bounds[:, 1] - where, 0.0), stride)
+        down[deaf], up[deaf] = 0.0, 0.0  # its derivative is not known yet: what is usual must not pull it away
         step, drop = bounded_minimum(gram, slope, down, up)
         moved = where + step
         sizes = np.array([u.size(x) for u, x in zip(unknowns, moved, strict=True)])
@@ -147,6 +158,16 @@ def _signed(unknown: Unknown, where: float, change: float) -> float:
     if outward:
         return min(change, up) if up >= min(change, down) else -min(change, down)
     return -min(change, down) if down >= min(change, up) else min(change, up)
+
+
+def _has_edges(hypothesis: Hypothesis) -> bool:
+    """Whether it begins or ends somewhere, in time or on the way."""
+    return any(number.search in EDGED for number in hypothesis.free)
+
+
+def _promise(change: Single, residual: Single) -> float:
+    """Chi-squared that a change of residuals takes away if it is made as large as is best, but not the other way round."""
+    return min(0.0, float(change @ residual)) ** 2 / max(float(change @ change), 1e-300)
 
 
 def covariance(fitted: Fitted, edges: Whole) -> Array:

@@ -20,15 +20,15 @@ def simulate(
 ) -> list[NDArray[np.float64]]:
     """Values (n,) of each reading of a machine that goes through a scenario.
 
-    laws : at work in the machine, beside those that its model has; of the catalogue, or strange ones. rough : a rover in steps twice as
-    long.
+    laws : at work in the machine, beside those that its model has; of the catalogue, or strange ones. rough : a rover in one run with a
+    longer step.
 
     Raises
     ------
     PhysicsFailed : if the motion cannot be carried to its end.
     """
     if machine.rover.wheels:
-        from rille.proof.generator.ride import STEP, ride
+        from rille.proof.generator.ride import STEP, extrapolated_ride, ride
 
-        return ride(machine, scenario, laws, readings, 2 * STEP if rough else STEP)
+        return ride(machine, scenario, laws, readings, 2 * STEP) if rough else extrapolated_ride(machine, scenario, laws, readings)
     return motion(machine, scenario, laws, readings)
