@@ -4,8 +4,9 @@ Usage: python benchmark/sweep/bench.py [--cases 1000] [--workers 2] [--seconds 1
 
 So many short drives of the example rover on flat soft ground, by local processes and by a local Dask cluster of as many workers of one
 thread. Busy: processor time of the workers over workers times real time, both from the first results that are stored to the last look at
-which cases were waiting; whole: the same of the whole program, its start and the statistics at its end included, workers and all. Says how
-much of the machine others had (load before). Run it on a machine that does nothing else.
+which cases were waiting; cores: the same with the process that writes their results down, as many cores as workers; whole: the same of the
+whole program, its start and the statistics at its end included. Says how much of the machine others had (load before). Run it on a machine
+that does nothing else.
 """
 
 import argparse
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,13 +75,21 @@ def children() -> float:
     return spent.ru_utime + spent.ru_stime
 
 
+def spent_by(processes: Sequence[psutil.Process]) -> float:
+    """Processor time of processes [s]."""
+    return sum(times.user + times.system for times in (process.cpu_times() for process in processes))
+
+
 @dataclass
 class Swept:
-    """Wall time and processor time [s] of one sweep, program start included; busy: share of the workers' time, NaN of a cluster."""
+    """Wall time and processor time [s] of one sweep, program start included; busy, cores: shares of the workers' time that they used,
+    and that they and the sweep used, NaN of a cluster.
+    """
 
     seconds: float
     processor: float
     busy: float
+    cores: float
 
 
 def swept(sheet: Path, output: Path, workers: int, *options: str) -> Swept:
@@ -88,21 +98,23 @@ def swept(sheet: Path, output: Path, workers: int, *options: str) -> Swept:
     process = subprocess.Popen(
         [RILLE, "sweep", str(sheet), "-o", str(output), *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
-    seen: list[tuple[float, float]] = []  # real time, processor time of the workers [s], while cases are done and others wait
+    seen: list[tuple[float, float, float]] = []  # real time, processor time of workers and of the sweep [s], while cases wait
     while process.poll() is None:
         time.sleep(LOOK)
         with contextlib.suppress(InputRefused, psutil.NoSuchProcess):
             waiting = len(store.waiting_cases(output))
             if 0 < waiting < len(store.read_study(output).status):
-                times = [child.cpu_times() for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
-                seen.append((time.perf_counter(), sum(t.user + t.system for t in times)))
+                own = psutil.Process(process.pid)
+                workers_own = [child for child in own.children() if "spawn_main" in " ".join(child.cmdline())]
+                seen.append((time.perf_counter(), spent_by(workers_own), spent_by([own])))
     if process.returncode:
         raise SystemExit(f"the sweep ended with {process.returncode}")
     took = time.perf_counter() - began
-    busy = float("nan")
+    busy = cores = float("nan")
     if len(seen) > 1 and seen[-1][1] > seen[0][1]:
-        busy = (seen[-1][1] - seen[0][1]) / (workers * (seen[-1][0] - seen[0][0]))
-    return Swept(took, children() - before, busy)
+        passed, by_workers, by_sweep = (last - first for first, last in zip(seen[0], seen[-1], strict=True))
+        busy, cores = by_workers / (workers * passed), (by_workers + by_sweep) / (workers * passed)
+    return Swept(took, children() - before, busy, cores)
 
 
 def main() -> None:
@@ -126,6 +138,7 @@ def main() -> None:
         "simulated_s": options.seconds,
         "local_s": local.seconds,
         "busy": local.busy,
+        "cores": local.cores,
         "whole": local.processor / (options.workers * local.seconds),
         "dask_s": dask.seconds,
         "dask_over_local": dask.seconds / local.seconds,
