@@ -9,7 +9,7 @@ from rille.model import Effect
 
 def test_speed_approaches_its_set_value_exponentially(make_model):
     """The lag is integrated exactly in each step, and its mean is taken: the way q = w (t - T (1 - exp(-t/T))) is right to the rounding of
-    the rigid servo, 1e-6; the speed is that of the middle of a step, w h/(2 T) = 2.5 mm/s late at most.
+    the rigid servo, 1e-6; the speed is that of the middle of a step, w h/(2 T) = 2.5 mrad/s late at most.
     """
     path = make_model(flywheel(2.0, "speed"), commanded(1.5), None, [Effect(kind="motor_lag", parameters={"time_constant": 0.3})])
     t, lag, step = 0.05 * np.arange(1, 21), 0.3, 1e-3

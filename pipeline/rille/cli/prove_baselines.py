@@ -71,19 +71,15 @@ def _times(database: Path, training: "Sequence[Recording]", held_out: "Sequence[
     from rille.diagnosis.hypotheses.candidates import candidates
 
     noise = diagnosis.shared_noise([*training, *held_out])
-    both = [[replace(r, scenario=store.read_scenario(database, r.scenario).name) for r in side] for side in (training, held_out)]
-    _, step, rough = window_and_step_of_all(
-        lambda scenario: simulate.Replayer(database, scenario or None), both[0], noise=noise, window=WINDOW
-    )  # as a diagnosis does
+
+    def simulator(scenario: str) -> simulate.Replayer:
+        return simulate.Replayer(database, scenario or None)
+
+    fitted, kept = ([replace(r, scenario=store.read_scenario(database, r.scenario).name) for r in side] for side in (training, held_out))
+    _, step, rough = window_and_step_of_all(simulator, fitted, noise=noise, window=WINDOW)  # as a diagnosis does
     sides = []
-    for placed in both:
-        evidence = gather(
-            lambda scenario: simulate.Replayer(database, scenario or None).changed(step=step),
-            placed,
-            window=WINDOW,
-            noise=noise,
-            rough=rough,
-        )
+    for placed in (fitted, kept):
+        evidence = gather(lambda scenario: simulator(scenario).changed(step=step), placed, window=WINDOW, noise=noise, rough=rough)
         metric = Metric(evidence.window, evidence.start_gain)
         machine = evidence.parts[0].simulator.machine()
         channels = [channel for recording in placed for channel in recording.channels]

@@ -65,6 +65,11 @@ class Hypothesis:
         """In words: "coulomb_friction of hub_fl"."""
         return self.kind if self.target == "" else f"{self.kind} of {'all' if self.target == '*' else self.target}"
 
+    @property
+    def is_local(self) -> bool:
+        """Whether it is about a moment or a place: it begins or ends there."""
+        return any(number.search in ("time", "place") for number in self.free)
+
     def at(self, values: Mapping[str, float] | None = None) -> "Term":
         """The hypothesis with these numbers; others at their first guess, amplitudes absent."""
         given = values or {}

@@ -360,6 +360,11 @@ class Part:
         spans = [(int(a), int(b), gain[a:b]) for a, b in pairwise(edges)]
         return [(a, b, d, np.asarray(np.linalg.inv(d.T @ d + np.eye(d.shape[1])), dtype=float)) for a, b, d in spans]
 
+    def best(self, setting: Setting) -> Array:
+        """z (n_windows, n_coordinates, 2) of the best starts under a setting, by the derivatives that are known."""
+        left = self.residuals([setting])[0]
+        return self._fitted(left) if np.isfinite(left).all() else self.standard
+
     def _fitted(self, left: Array) -> Array:
         """z (n_windows, n_coordinates, 2) that minimises |r + D z|^2 + |z|^2 of residuals (m,) at z = 0, within ``FARTHEST``."""
         standard = np.zeros_like(self.standard)
@@ -429,6 +434,7 @@ def gather_part(
     if kept is not None:
         samples = [_some_of(s, np.isin(s.time, kept[s.channel.name])) for s in samples]
     known = _known(near, assumed, starts, samples) if near is not None else None
+    alike = near if near is not None and known is not None and np.allclose(near.starts.states, starts.states) else None
     watched = _Watched(model, faults)
     heard = {c.name for c in with_a_say(watched, channels, noise, starts, parts)}
 
@@ -441,6 +447,7 @@ def gather_part(
         "say": [c.name in heard for c in channels],
         "far": FAR,
         "error": shown if corrected else None,
+        "near": _best_under(alike, assumed, starts) if alike is not None else None,
         "rough": _Watched(applied(larger, assumed), faults) if larger is not None else None,
     }
     fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
@@ -488,6 +495,12 @@ def _known(near: Part, assumed: Setting, starts: Starts, samples: Sequence[Sampl
             for s, old, new in zip(samples, near.slopes, slopes, strict=True):
                 new[k] += old[source] * turned[s.window, coordinate, other, order]
     return near.directions, slopes
+
+
+def _best_under(near: Part, assumed: Setting, starts: Starts) -> Array:
+    """z (n_windows, n_coordinates, 2) of the best starts under another setting, as far as derivatives under its own tell."""
+    z = near.best(assumed)
+    return np.asarray(np.linalg.solve(starts.factor, near.starts.factor @ z[..., None])[..., 0], dtype=float)
 
 
 def _some_of(samples: Samples, chosen: NDArray[np.bool_]) -> Samples:

@@ -67,14 +67,13 @@ def window_and_step_of_all(
     simulators : as of ``gather``. Others as of ``window_and_step``.
     """
     duration = sum(last - first for first, last in map(extent, recordings))
-    length, steps, roughly = window or 0.0, [], []
+    found = []
     for recording in recordings:
         simulator = of_scenario(simulators, recording.scenario)
-        length, step, rough = window_and_step(simulator, recording, noise=noise, duration=duration, window=length or None)
-        steps.append(step)
-        roughly.append(rough or 0.0)
-    step, rough = min(steps), min(roughly)
-    return length, step, rough if rough > step else None
+        found.append(window_and_step(simulator, recording, noise=noise, duration=duration, window=found[0][0] if found else window))
+    step = min(step for _, step, _ in found)
+    rough = min(rough or 0.0 for _, _, rough in found)
+    return found[0][0], step, rough if rough > step else None
 
 
 def _largest(simulator: Any, part: Part, multiples: Sequence[int]) -> tuple[int, bool]:

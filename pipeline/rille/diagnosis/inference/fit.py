@@ -17,7 +17,7 @@ from rille.diagnosis.inference.bounded_squares import bounded_minimum
 from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together
 from rille.diagnosis.inference.unknowns import Unknown, coordinates, setting_at, unknowns_of
 from rille.model.diagnosis import Estimate
-from rille.model.hypothesis import Hypothesis, Setting
+from rille.model.hypothesis import Setting
 
 ITERATIONS = 10
 # Lengths and dampings (Marquardt 1963) of a step that are tried together, one row after the other until one helps.
@@ -29,7 +29,6 @@ LEAST_CHANGE, MOST_CHANGE = 0.003, 0.1  # of an amplitude's size
 LEAST_SHAPE, MOST_SHAPE = 0.03, 0.2  # of another number's: solvers resolve times by steps
 ERRORS = 2.0  # [standard errors] of a number, for its derivative once they are known
 LOUD = 0.3  # of the residuals: a trial change that does more than this tells no derivative
-EDGED = ("time", "place")  # searches of numbers that say where something begins
 DEAF = 1e-6  # chi-squared of one that does nothing, and is tried larger as long as the fit goes on
 AT_BOUND = 1e-6  # [spread] from a bound
 
@@ -93,7 +92,7 @@ def _inquire(judge: Judge, several: Sequence[Setting], known: list[float]) -> In
     centre, precision = np.array([u.centre for u in unknowns]), np.array([u.precision for u in unknowns])
     change = np.array([CHANGE * u.size(x) if abs(x - u.number.absent) > 0 or not u.number.amplitude else u.number.spread
                        for u, x in zip(unknowns, where, strict=True)])  # fmt: skip
-    edged = [k for k, u in enumerate(unknowns) if not u.number.amplitude and _has_edges(setting[u.term].hypothesis)]
+    edged = [k for k, u in enumerate(unknowns) if not u.number.amplitude and setting[u.term].hypothesis.is_local]
     jacobian = np.empty((0, len(residual)), dtype=np.float32)
     for _ in range(ITERATIONS if unknowns else 0):
         steps = np.array([_signed(u, x, h) for u, x, h in zip(unknowns, where, change, strict=True)])
@@ -158,11 +157,6 @@ def _signed(unknown: Unknown, where: float, change: float) -> float:
     if outward:
         return min(change, up) if up >= min(change, down) else -min(change, down)
     return -min(change, down) if down >= min(change, up) else min(change, up)
-
-
-def _has_edges(hypothesis: Hypothesis) -> bool:
-    """Whether it begins or ends somewhere, in time or on the way."""
-    return any(number.search in EDGED for number in hypothesis.free)
 
 
 def _promise(change: Single, residual: Single) -> float:

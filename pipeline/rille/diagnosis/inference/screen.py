@@ -134,7 +134,7 @@ def screen(
     few = {rough: _first_look(judge, worst, roughly=rough) for rough in dict.fromkeys(roughly)}
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 * share))
     loud = loud_channels(judge)
-    closely = [_is_local(h) or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
+    closely = [h.is_local or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
     each = zip(hypotheses, shapes, closely, roughly, strict=True)
     drops: dict[bool, list[float]] = {rough: [0.0] for rough in few}
     questions = [_propose(few[rough], h, tried, close, drops[rough]) for h, tried, close, rough in each]
@@ -170,7 +170,7 @@ def _beside_the_best(hypotheses: Sequence[Hypothesis], proposals: Sequence[_Prop
     beside = max(BESIDE_ENOUGH * most, 0.999 * shares[RUNNERS_UP - 1] if len(shares) >= RUNNERS_UP else 0.0)
     kept = []
     for h, p in zip(hypotheses, proposals, strict=True):
-        least = beside if enough and not _is_local(h) else BESIDE_THE_BEST * most
+        least = beside if enough and not h.is_local else BESIDE_THE_BEST * most
         kept.append(replace(p, offers=tuple(offer for offer in p.offers if offer[0] > least)))
     return kept
 
@@ -216,7 +216,7 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
     broken = kept < KEPT * promised and promised > WORTH_A_SCAN * judge.excess
     if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
-    behind = _is_enough(judge, max(found)) and not _is_local(hypothesis) and max(promised, kept) < BESIDE_ENOUGH * max(found)
+    behind = _is_enough(judge, max(found)) and not hypothesis.is_local and max(promised, kept) < BESIDE_ENOUGH * max(found)
     for number in hypothesis.free if offers and not behind else ():
         tried: Sequence[float] = number.tries
         while tried:
@@ -227,11 +227,6 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
             offers = sorted(offers + more, key=lambda offer: -offer[0])[:BEST_SHAPES]
     shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
     return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
-
-
-def _is_local(hypothesis: Hypothesis) -> bool:
-    """Whether it is about a moment or a place: the difference may be loud there, and in no channel as a whole."""
-    return any(number.search in ("time", "place") for number in hypothesis.free)
 
 
 def _between(number: FreeNumber, best: float) -> list[float]:

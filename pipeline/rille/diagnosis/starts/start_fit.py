@@ -26,14 +26,15 @@ INDEPENDENT = 20.0  # samples that a window counts as where the model does not f
 UNFIT = 6.0  # standard errors of chi-squared beyond which it does not
 HOPELESS = 3.0  # times as many, beyond which a window is not fitted anew for what the step does
 FARTHER = 100.0  # the same where that was too near
-HORIZONS = (0.1, 0.3, 1.0)  # shares of a window that is tried once more
-NUDGE = 0.3  # [standard deviations of the prior] of a difference
+HORIZONS = (0.1, 0.25, 0.5, 0.75, 1.0)  # shares of a window that is tried once more
+NUDGE, CLOSELY = 0.3, 0.03  # [standard deviations of the prior] of a difference; where that foretells no step
 VISIBLE = 0.3  # chi-squared of a window per standard deviation of the prior, below which a direction is left alone
 UNTOUCHED = 0.1  # of that, below which a channel does not answer to a direction
 SCREENED, SECONDS = (2, 5), 8.0  # windows, and how long [s] together, in which all directions are tried; one of four at most
 WORTH = 0.1  # decrease of a window's cost below which it is left as it is
 BENT = 0.3  # share by which a step's gain misses the promised one, beyond which derivatives are taken anew
-ROUNDS = 8
+ROUNDS, LONG = 8, 32  # at most; of windows whose next step still promises a share ``STILL`` of what is left
+STILL = 0.01
 ENDED = 10.0  # [sigma] counted for a sample that the run did not reach
 
 
@@ -118,14 +119,16 @@ class _Problem:
 
         standard : (k, n_windows, n_coordinates, 2). simulator : another one, for derivatives.
         """
-        states = self.states(standard)[:, windows]
-        place = np.full(self.n_windows, -1)
-        place[windows] = np.arange(len(windows))
-        chosen = [(place[s.window] >= 0) & self.near(number) for number, s in enumerate(self.samples)]
+        model = simulator or self.simulator
+        run = np.arange(self.n_windows) if model.has_memory else windows  # what is hidden goes on from window to window, up to their ends
+        states = self.states(standard)[:, run]
+        asked, place = np.isin(np.arange(self.n_windows), windows), np.full(self.n_windows, -1)
+        place[run] = np.arange(len(run))
+        chosen = [asked[s.window] & self.near(number) for number, s in enumerate(self.samples)]
         picks = [(place[s.window[here]], s.time[here]) for s, here in zip(self.samples, chosen, strict=True)]
         begin = states[0, :, 0]
-        stops = begin + np.minimum(1.0, self.horizon) * (self.stops[windows] - begin)
-        answers = (simulator or self.simulator).predict(states, stops, [s.channel for s in self.samples], picks)
+        stops = begin + (1.0 if model.has_memory else self.horizon) * (self.stops[run] - begin)
+        answers = model.predict(states, stops, [s.channel for s in self.samples], picks)
         result = []
         for s, here, answer in zip(self.samples, chosen, answers, strict=True):
             full = np.full((len(standard), len(s.time)), np.nan)
@@ -147,6 +150,7 @@ def fit_starts(
     far: float = 1.0,
     error: Callable[[Array], Sequence[Array]] | None = None,
     known: tuple[Directions, Sequence[Array]] | None = None,
+    near: Array | None = None,
     rough: Any = None,
 ) -> StartFit:
     """Fitted start states.
@@ -159,6 +163,7 @@ def fit_starts(
         what it would show without. None: nothing.
     known : directions and slopes of a model much alike to begin with, taken anew in windows where they do not foretell what steps do. None:
         they are found.
+    near : z (n_windows, n_coordinates, 2) that windows begin from which cannot be fitted from their smoothed starts. None: there is none.
     rough : a simulator with larger steps, that is good enough for derivatives. None: there is none.
     """
     problem = _Problem(simulator, starts, stops, samples, rough)
@@ -168,6 +173,8 @@ def fit_starts(
     if error is not None:
         descent.correct(error(problem.states(descent.standard[None])[0]))
         descent.run(np.setdiff1d(np.arange(problem.n_windows), descent.hopeless()), on_progress, "fitting starts")
+    if near is not None:
+        descent.begin_again(descent.unfit(), near, on_progress)
     unfit = descent.unfit()
     if len(unfit) <= far * problem.n_windows:
         descent.extend(unfit, on_progress)
@@ -189,23 +196,27 @@ def fit_starts(
     )
 
 
-def _linearised(problem: _Problem, standard: Array, directions: Directions, windows: NDArray[np.int64]) -> tuple[list[Array], list[Array]]:
-    """Derivatives (n_directions, m) of predicted samples in sigmas per standard deviation, and residuals (m,) in sigmas, of each
-    channel.
+def _linearised(
+    problem: _Problem, standard: Array, directions: Directions, windows: NDArray[np.int64], *, closely: bool = False
+) -> tuple[list[Array], list[Array]]:
+    """Derivatives (n_directions, m) of predicted samples in sigmas per standard deviation, and residuals (m,) in sigmas, of each channel.
+
+    closely : by smaller differences, of the simulator itself in place of a rough one.
     """
+    nudge, model = (CLOSELY, problem.simulator) if closely else (NUDGE, problem.rough)
     sides = np.repeat(standard[None], len(directions.groups) + 1, axis=0)
     for number, group in enumerate(directions.groups):
         for k in group:
-            sides[(number + 1, slice(None), *directions.columns[k])] += NUDGE
-    blocks = problem.standardised(sides, windows, problem.rough)
-    left = problem.standardised(standard[None], windows) if problem.rough is not problem.simulator else blocks
+            sides[(number + 1, slice(None), *directions.columns[k])] += nudge
+    blocks = problem.standardised(sides, windows, model)
+    left = problem.standardised(standard[None], windows) if model is not problem.simulator else blocks
     derivatives = []
     for channel, block in enumerate(blocks):
         slopes = np.zeros((len(directions.columns), block.shape[1]))
         for number, group in enumerate(directions.groups):
             for k in group:
                 if directions.touches[k, channel]:
-                    slopes[k] = np.nan_to_num(-(block[number + 1] - block[0]) / NUDGE)
+                    slopes[k] = np.nan_to_num(-(block[number + 1] - block[0]) / nudge)
         derivatives.append(slopes)
     return derivatives, [np.nan_to_num(block[0]) for block in left]
 
@@ -249,6 +260,7 @@ class _Descent:
         self.standard = np.zeros((n_windows, len(problem.starts.coordinates), 2))
         self.where = [np.searchsorted(s.window, np.arange(n_windows + 1)) for s in problem.samples]
         self.share, self.farthest = np.ones(n_windows), FARTHEST
+        self.closely = np.zeros(n_windows, dtype=bool)  # windows whose derivatives are taken by small differences
         if slopes is None:
             self.jacobian, self.left = _linearised(problem, self.standard, directions, np.arange(n_windows))
         else:
@@ -261,17 +273,17 @@ class _Descent:
         """Rounds until no active window gains any more.
 
         Derivatives that a step shows to have changed follow by its secant (Broyden 1965), and are taken anew where that does not help, and
-        at the end.
+        at the end. Where even those foretell no step, they are taken more closely.
         """
         damping = np.zeros(self.problem.n_windows)
         stale = np.zeros(self.problem.n_windows, dtype=bool)
-        for number in range(ROUNDS if self.columns else 0):
+        for number in range(LONG if self.columns else 0):
             if on_progress:
-                on_progress(number, ROUNDS, stage)
+                on_progress(number, LONG, stage)
             trial, promised = self.standard.copy(), np.zeros(self.problem.n_windows)
             for window in active:
                 trial[window], promised[window] = self._step(int(window), float(damping[window]))
-            active = active[promised[active] > WORTH]
+            active = active[promised[active] > np.maximum(WORTH, STILL * self.cost[active] if number >= ROUNDS else 0.0)]
             if len(active) == 0:
                 if not stale.any():
                     break
@@ -290,9 +302,11 @@ class _Descent:
                 here = np.isin(s.window, better)
                 block[here] = np.nan_to_num(fresh[here])
             self.cost[better] -= gained[better]
+            vague = worse[~stale[worse] & (damping[worse] > 0) & ~self.closely[worse]]  # a shorter step has failed as well
+            self.closely[vague] = True
             damping[worse] = np.maximum(1.0, 10 * damping[worse])
             damping[better] *= 0.1
-            failed = worse[stale[worse]]
+            failed = np.union1d(worse[stale[worse]], vague)
             stale[bent], stale[failed] = True, False
             if len(failed):
                 self._bend(failed)
@@ -300,7 +314,7 @@ class _Descent:
         if stale.any():
             self._bend(np.flatnonzero(stale))
         if on_progress:
-            on_progress(ROUNDS, ROUNDS, stage)
+            on_progress(LONG, LONG, stage)
 
     def correct(self, error: Sequence[Array]) -> None:
         """Takes what the step does to each channel (m,) [unit] off what is simulated."""
@@ -330,6 +344,26 @@ class _Descent:
         promised = np.array([self._step(window, 0.0)[1] for window in range(len(self.share))]) if self.columns else 0.0
         return np.flatnonzero(excess - 2 * promised / count > 1 + HOPELESS * UNFIT * np.sqrt(2 / count))
 
+    def begin_again(self, windows: NDArray[np.int64], at: Array, on_progress: Callable[[int, int, str], None] | None) -> None:
+        """From z ``at`` (n_windows, n_coordinates, 2); windows that are not fitted from there either go back."""
+        if not len(windows) or not self.columns:
+            return
+        before = self._fitted_so_far()
+        self.standard[windows] = at[windows]
+        self._bend(windows)
+        self.run(windows, on_progress, "fitting starts from others")
+        self._go_back(np.intersect1d(windows, self.unfit()), before)
+
+    def _fitted_so_far(self) -> tuple[Array, list[Array], list[Array]]:
+        return self.standard.copy(), [block.copy() for block in self.left], [block.copy() for block in self.jacobian]
+
+    def _go_back(self, windows: NDArray[np.int64], before: tuple[Array, list[Array], list[Array]]) -> None:
+        self.standard[windows] = before[0][windows]
+        for number, s in enumerate(self.problem.samples):
+            here = np.isin(s.window, windows)
+            self.left[number][here], self.jacobian[number][:, here] = before[1][number][here], before[2][number][:, here]
+        self.cost = self._costs(self.left, self.standard)
+
     def extend(self, windows: NDArray[np.int64], on_progress: Callable[[int, int, str], None] | None) -> None:
         """Tries again far from the smoothed start, by continuation: first the beginning of a window, then ever more of it.
 
@@ -338,8 +372,7 @@ class _Descent:
         """
         if not len(windows) or not self.columns:
             return
-        before = [block.copy() for block in self.left], self.standard.copy(), [block.copy() for block in self.jacobian]
-        tried = windows
+        before, tried = self._fitted_so_far(), windows
         self.farthest = FARTHER
         self.standard[windows] = 0
         for horizon in HORIZONS:
@@ -350,12 +383,7 @@ class _Descent:
             if not len(windows):
                 break
         self.farthest, self.problem.horizon = FARTHEST, 1.0
-        back = np.setdiff1d(tried, windows)
-        self.standard[back] = before[1][back]
-        for number, s in enumerate(self.problem.samples):
-            here = np.isin(s.window, back)
-            self.left[number][here], self.jacobian[number][:, here] = before[0][number][here], before[2][number][:, here]
-        self.cost = self._costs(self.left, self.standard)
+        self._go_back(np.setdiff1d(tried, windows), before)
 
     def temper(self, windows: NDArray[np.int64]) -> None:
         """Takes weight from the samples of windows that the model does not fit, and puts them back to their smoothed start."""
@@ -380,10 +408,14 @@ class _Descent:
 
     def _bend(self, windows: NDArray[np.int64]) -> None:
         """Derivatives and residuals anew."""
-        fresh, left = _linearised(self.problem, self.standard, self.directions, windows)
-        for number, s in enumerate(self.problem.samples):
-            here = np.isin(s.window, windows)
-            self.jacobian[number][:, here], self.left[number][here] = fresh[number][:, here], left[number][here]
+        for closely in (False, True):
+            chosen = windows[self.closely[windows] == closely]
+            if not len(chosen):
+                continue
+            fresh, left = _linearised(self.problem, self.standard, self.directions, chosen, closely=closely)
+            for number, s in enumerate(self.problem.samples):
+                here = np.isin(s.window, chosen)
+                self.jacobian[number][:, here], self.left[number][here] = fresh[number][:, here], left[number][here]
         self.cost[windows] = self._costs(self.left, self.standard)[windows]
 
     def _costs(self, left: list[Array], standard: Array) -> Array:
