@@ -9,7 +9,7 @@
 -- Values of provenance: stated (written by a person), measured, geometry (computed from B-rep), cad_material, default.
 
 PRAGMA application_id = 1380535372;  -- "RILL"
-PRAGMA user_version = 7;
+PRAGMA user_version = 8;
 
 -- ---------------------------------------------------------------- where values come from
 
@@ -615,7 +615,8 @@ CREATE TABLE saved_state (
   run_id INTEGER NOT NULL REFERENCES run(id) ON DELETE CASCADE,     -- [-] run that it was saved in
   step INTEGER NOT NULL CHECK (step >= 0),                          -- [-] number of steps taken
   time REAL NOT NULL CHECK (time >= 0),                             -- [s] simulated time
-  data BLOB NOT NULL                                                -- [-] complete state of the solver, in its own format
+  data BLOB NOT NULL,                                               -- [-] complete state of the solver, in its own format
+  model_hash TEXT NOT NULL DEFAULT ''                               -- [-] digest of rover, effects and ground, so that it is loaded into no others; empty: not known
 ) STRICT;
 
 CREATE TABLE bench_point (

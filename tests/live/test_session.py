@@ -198,8 +198,30 @@ def test_physics_ends_a_run_with_its_sentence_and_the_session_goes_on(live):
         assert a[table] == b[table], table
 
 
+def test_a_state_is_loaded_only_into_the_world_that_it_was_saved_in(live):
+    """A soil that no ground has changes nothing; another mass does."""
+    rover = live.client()
+    rover.take()
+    rover.step(5)
+    rover.save("a")
+    with closing(sqlite3.connect(live.path)) as connection, connection:
+        connection.executescript(
+            "CREATE TEMP TABLE another AS SELECT * FROM soil LIMIT 1; UPDATE another SET id = 999, name = 'another';"
+            "INSERT INTO soil SELECT * FROM another;"
+        )
+    rover.load("a")
+    rover.step(5)
+    with closing(sqlite3.connect(live.path)) as connection, connection:
+        connection.execute("UPDATE body SET mass = 1.01 * mass WHERE id = (SELECT min(id) FROM body)")
+    before = rover.status["run_id"]
+    with pytest.raises(InputRefused, match="changed since state 'a' was saved"):
+        rover.load("a")
+    rover.step(5)
+    assert rover.status["run_id"] == before
+
+
 def test_a_state_that_cannot_be_loaded_costs_nothing(live):
-    """The model was changed since: the refusal is told, the run goes on, and so does the session."""
+    """The refusal is told, the run goes on, and so does the session."""
     rover = live.client()
     rover.take()
     rover.step(5)

@@ -216,14 +216,15 @@ void Recorder::set_duration(double duration) {
   row.exec();
 }
 
-void Recorder::add_saved(const std::string& name, long long step, double time, const std::string& state) {
+void Recorder::add_saved(const std::string& name, long long step, double time, const std::string& world_digest, const std::string& state) {
   begin();
-  SQLite::Statement row(database_, "INSERT OR REPLACE INTO saved_state VALUES (?, ?, ?, ?, ?)");
+  SQLite::Statement row(database_, "INSERT OR REPLACE INTO saved_state (name, run_id, step, time, data, model_hash) VALUES (?, ?, ?, ?, ?, ?)");
   row.bind(1, name);
   row.bind(2, run_id_);
   row.bind(3, static_cast<std::int64_t>(step));
   row.bind(4, time);
   row.bind(5, state.data(), static_cast<int>(state.size()));
+  row.bind(6, world_digest);
   row.exec();
 }
 

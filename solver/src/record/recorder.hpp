@@ -42,7 +42,7 @@ class Recorder {
   void add(double time, const LogLine& line);
   void set_duration(double duration);  // [s] of the scenario
   // Keeps a state under a name, in place of what had it.
-  void add_saved(const std::string& name, long long step, double time, const std::string& state);
+  void add_saved(const std::string& name, long long step, double time, const std::string& world_digest, const std::string& state);
   // What another run had recorded until `time` [s], as if this one had.
   void copy(std::int64_t run, double time, double step);
   // State of the solver after so many steps, in place of the run's last one.

@@ -53,11 +53,14 @@ Kept find_checkpoint(SQLite::Database& database, const Scenario& scenario, const
   return kept_in(row);
 }
 
-Kept find_saved(SQLite::Database& database, const std::string& name) {
-  SQLite::Statement row(database, "SELECT run.id AS id, run.step AS length, saved_state.step AS step, data FROM saved_state "
+Kept find_saved(SQLite::Database& database, const std::string& name, const std::string& world) {
+  SQLite::Statement row(database, "SELECT run.id AS id, run.step AS length, saved_state.step AS step, model_hash, data FROM saved_state "
                                   "JOIN run ON run.id = run_id WHERE name = ?");
   row.bind(1, name);
   if (!row.executeStep()) throw InputRefused(fmt::format("no state was saved as '{}'", name));
+  const std::string digest = row.getColumn("model_hash").getString();
+  if (!digest.empty() && digest != world)
+    throw InputRefused(fmt::format("the model or its ground changed since state '{}' was saved; it can be loaded with those of that time only", name));
   return kept_in(row);
 }
 
@@ -67,9 +70,10 @@ RecordedRun::RecordedRun(const RunOptions& options)
     : database_(open_database(options.database)), endless_(options.endless), checkpoint_(options.checkpoint), last_checkpoint_(std::chrono::steady_clock::now()) {
   Model model = load_model(database_, options.scenario);
   digest_ = model_digest(database_);
+  world_ = world_digest(database_, model.scenario.id);
   std::optional<Kept> kept;
   if (options.resume) kept = find_checkpoint(database_, model.scenario, digest_);
-  if (options.from) kept = find_saved(database_, *options.from);
+  if (options.from) kept = find_saved(database_, *options.from, world_);
   if (kept) {
     if (options.step && *options.step != kept->length)
       throw InputRefused(fmt::format("step is {:g} s, but the run that it goes on from used {:g} s; leave --step out", *options.step, kept->length));
@@ -195,7 +199,7 @@ void RecordedRun::change(StateChange change) {
 
 void RecordedRun::save(const std::string& name) {
   simulation_->close_instant();
-  recorder_->add_saved(name, simulation_->steps(), simulation_->time(), simulation_->save());
+  recorder_->add_saved(name, simulation_->steps(), simulation_->time(), world_, simulation_->save());
   commit();
 }
 

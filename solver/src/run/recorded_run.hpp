@@ -68,6 +68,7 @@ class RecordedRun {
   std::unique_ptr<Simulation> simulation_;
   std::unique_ptr<Recorder> recorder_;
   std::string digest_;  // of the model, scenario included
+  std::string world_;   // of rover, effects and ground
   bool endless_ = false;
   bool steered_ = false;  // since the digest
   bool fresh_ = true;

@@ -88,34 +88,69 @@ Terrain load_soil_table(Database& database, double gravity) try {
   throw InputRefused(fmt::format("the soils cannot be read ({}); run `rille db check`", error.what()));
 }
 
-std::string model_digest(Database& database) {
-  // FNV-1a over every value of every table that the model is made of (of the tiles, those that the solver reads).
-  std::uint64_t digest = 14695981039346656037ULL;
+namespace {
+
+// FNV-1a over every value of the rows that a query returns, from a digest so far.
+std::uint64_t digest_of(Statement& rows, std::uint64_t digest) {
   const auto add = [&](const void* data, std::size_t size) {
     for (std::size_t k = 0; k < size; ++k) digest = (digest ^ static_cast<const unsigned char*>(data)[k]) * 1099511628211ULL;
   };
+  while (rows.executeStep())
+    for (int c = 0; c < rows.getColumnCount(); ++c) {
+      const Column column = rows.getColumn(c);
+      const int type = column.getType();
+      add(&type, sizeof type);
+      if (type == SQLITE_INTEGER) {
+        const std::int64_t value = column.getInt64();
+        add(&value, sizeof value);
+      } else if (type == SQLITE_FLOAT) {
+        const double value = column.getDouble();
+        add(&value, sizeof value);
+      } else if (type != SQLITE_NULL) {
+        const int size = column.getBytes();
+        add(column.getBlob(), static_cast<std::size_t>(size));
+      }
+    }
+  return digest;
+}
+
+constexpr std::uint64_t kNothing = 14695981039346656037ULL;
+
+}  // namespace
+
+std::string model_digest(Database& database) {
+  // Of the tiles, those that the solver reads.
+  std::uint64_t digest = kNothing;
   for (const char* table : {"material", "soil", "material_pair", "body", "collision_shape", "joint", "joint_limit", "drive", "differential", "gear",
                             "loop_closure", "wheel", "grouser", "sensor", "terrain", "terrain_tile", "soil_patch", "obstacle", "effect", "scenario",
                             "initial_state", "command", "state_change", "watch"}) {
     const bool tiles = std::strcmp(table, "terrain_tile") == 0;
-    Statement row(database, tiles ? "SELECT * FROM terrain_tile WHERE layer = 'height' AND level = 0 ORDER BY terrain_id, row0, col0"
-                                  : fmt::format("SELECT * FROM {} ORDER BY 1, 2, 3", table));
-    while (row.executeStep())
-      for (int c = 0; c < row.getColumnCount(); ++c) {
-        const Column column = row.getColumn(c);
-        const int type = column.getType();
-        add(&type, sizeof type);
-        if (type == SQLITE_INTEGER) {
-          const std::int64_t value = column.getInt64();
-          add(&value, sizeof value);
-        } else if (type == SQLITE_FLOAT) {
-          const double value = column.getDouble();
-          add(&value, sizeof value);
-        } else if (type != SQLITE_NULL) {
-          const int size = column.getBytes();
-          add(column.getBlob(), static_cast<std::size_t>(size));
-        }
-      }
+    Statement rows(database, tiles ? "SELECT * FROM terrain_tile WHERE layer = 'height' AND level = 0 ORDER BY terrain_id, row0, col0"
+                                   : fmt::format("SELECT * FROM {} ORDER BY 1, 2, 3", table));
+    digest = digest_of(rows, digest);
+  }
+  return fmt::format("{:016x}", digest);
+}
+
+std::string world_digest(Database& database, std::int64_t scenario) {
+  const std::string ground = "(SELECT terrain_id FROM scenario WHERE id = ?1)";
+  const std::string soils = fmt::format("(SELECT soil_id FROM terrain WHERE id = {0} UNION SELECT soil_id FROM soil_patch WHERE terrain_id = {0})", ground);
+  const std::pair<const char*, std::string> tables[] = {
+      {"material", ""},
+      {"soil", "WHERE id IN " + soils},
+      {"material_pair", "WHERE soil_id IS NULL OR soil_id IN " + soils},
+      {"body", ""}, {"collision_shape", ""}, {"joint", ""}, {"joint_limit", ""}, {"drive", ""}, {"differential", ""}, {"gear", ""},
+      {"loop_closure", ""}, {"wheel", ""}, {"grouser", ""}, {"sensor", ""}, {"effect", ""},
+      {"terrain", "WHERE id = " + ground},
+      {"terrain_tile", "WHERE layer = 'height' AND level = 0 AND terrain_id = " + ground},
+      {"soil_patch", "WHERE terrain_id = " + ground},
+      {"obstacle", "WHERE terrain_id = " + ground},
+  };
+  std::uint64_t digest = kNothing;
+  for (const auto& [table, where] : tables) {
+    Statement rows(database, fmt::format("SELECT * FROM {} {} ORDER BY 1, 2, 3", table, where));
+    if (where.find('?') != std::string::npos) rows.bind(1, scenario);
+    digest = digest_of(rows, digest);
   }
   return fmt::format("{:016x}", digest);
 }

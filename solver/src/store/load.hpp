@@ -24,4 +24,8 @@ Terrain load_soil_table(SQLite::Database& database, double gravity);
 // Digest of everything that a model is made of, so that a checkpoint is not resumed with another one.
 std::string model_digest(SQLite::Database& database);
 
+// Digest of rover, effects and the ground of a scenario, so that a state is not loaded into another world. Other grounds and what
+// scenarios ask leave it as it is.
+std::string world_digest(SQLite::Database& database, std::int64_t scenario);
+
 }  // namespace rille
