@@ -159,7 +159,8 @@ def _left_by(
 ) -> tuple[float, str]:
     """Of what is shown that [noise] which another law leaves at the size that explains most, and the channel where it leaves most.
 
-    That size is found in proportion from the given one, then once more from there.
+    That size is found in proportion from the given one, then once more from there. One under which the recording lasts otherwise in every
+    channel explains nothing.
     """
     left = excess(here, base)
     change = _change(here, base)
@@ -169,6 +170,8 @@ def _left_by(
             break
         own = _change(there, base)
         names = sorted(change.keys() & own.keys())
+        if not names:
+            break
         power = sum(float(own[name] @ own[name]) for name in names)
         factor = max(0.0, sum(float(own[name] @ change[name]) for name in names) / power) if power > 0 else 0.0
         rest = {name: float(np.sum((change[name] - factor * own[name]) ** 2)) / here[name].degrees for name in names}
