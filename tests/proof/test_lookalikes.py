@@ -77,3 +77,13 @@ def test_a_law_turned_round_explains_nothing():
     """Friction takes energy out: one that would have to put it in is no name."""
     here = {"c": Misfit(z=BASE["c"].z - 3 * np.sin(X), degrees=float(N))}
     assert _left_by(here, BASE, Waves(np.sin(X)), OTHER, 0.3)[0] == pytest.approx(3 / np.sqrt(2), rel=0.05)
+
+
+def test_a_law_that_ends_the_drive_early_explains_nothing():
+    """What is left is the excess: sqrt(1 + 3^2/2 - 1) of 3 sin(x) beside noise of 1, whose product with it is a tenth at most."""
+    here = {"c": Misfit(z=BASE["c"].z + 3 * np.sin(X), degrees=float(N))}
+
+    def shown(other, size):
+        return {"c": Misfit(z=BASE["c"].z[: N // 2], degrees=N / 2)}
+
+    assert _left_by(here, BASE, shown, OTHER, 0.3)[0] == pytest.approx(3 / np.sqrt(2), rel=0.1)
