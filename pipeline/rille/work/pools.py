@@ -17,6 +17,7 @@ from typing import Any, Generic, TypeVar
 from rille.model import InputRefused
 from rille.model.process import end_with_parent
 from rille.work.cluster import connected
+from rille.work.scratch import Scratch
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -35,14 +36,14 @@ class Batch(Generic[Result]):
 
 class LocalPool(Generic[Item, Result]):
     """Processes that end with this one, and leave Ctrl-C to it. Their temporary files lie in one folder, which goes with them: they are
-    ended from outside and tidy nothing.
+    ended from outside and tidy nothing (``scratch``).
     """
 
     deaths: tuple[type[BaseException], ...] = (BrokenProcessPool,)
 
     def __init__(self, work: Work[Item, Result], size: int) -> None:
         self._work, self.size = pickle.dumps(work), size
-        self._folder = tempfile.TemporaryDirectory(prefix="rille-workers-")
+        self._folder = Scratch()
         self._executor = self._started()
 
     def _started(self) -> ProcessPoolExecutor:
@@ -66,7 +67,7 @@ class LocalPool(Generic[Item, Result]):
     def close(self) -> None:
         """End the processes; what they have begun is lost."""
         self._end()
-        self._folder.cleanup()
+        self._folder.remove()
 
     def _end(self) -> None:
         workers = list((self._executor._processes or {}).values())
