@@ -252,3 +252,95 @@ def test_studies(tmp_path, finished):
     read(good)
     read_, refused = drill(good, read, tmp_path, 8)
     assert min(read_, len(refused)) > COUNT / 20
+
+
+ODD_VALUES = (None, 0, -1, 1e-300, 1e300, float("inf"), 2**62, -(2**62), "", "x", "nan", b"", b"\xff\xfe\x00", "a" * 5000, "'; --")
+
+
+def test_cells_of_databases(tmp_path):
+    """Any cell of a model set past its rules to what cannot be: Python and the solver read it, or refuse it in a sentence."""
+    import sqlite3
+    from contextlib import closing
+
+    from rille._solver import Model, Simulation
+
+    from remembering import make_remembering
+
+    good, damaged, chance = tmp_path / "good.db", tmp_path / "damaged.db", np.random.default_rng(8)
+    make_remembering(good)
+    with closing(sqlite3.connect(good)) as connection:
+        connection.execute("PRAGMA journal_mode = DELETE")
+        tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
+        columns = {table: [row[1] for row in connection.execute(f"PRAGMA table_info({table})")] for table in tables}
+        cells = [
+            (table, column, row)
+            for table in tables
+            for row in range(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])
+            for column in columns[table]
+        ]
+    content = good.read_bytes()
+    refused = {"python": 0, "solver": 0}
+
+    def python() -> None:
+        for read in (store.read_rover, store.read_scenario, lambda path: store.read_terrain(path, "plane"), store.info):
+            read(damaged)
+
+    def solver() -> None:
+        simulation = Simulation(Model(str(damaged)))
+        simulation.settle()
+        simulation.step(5)
+
+    for _ in range(COUNT):
+        damaged.write_bytes(content)
+        table, column, row = cells[int(chance.integers(len(cells)))]
+        value = ODD_VALUES[int(chance.integers(len(ODD_VALUES)))]
+        with closing(sqlite3.connect(damaged)) as connection:
+            connection.execute("PRAGMA ignore_check_constraints = ON")
+            try:
+                key = connection.execute(f"SELECT rowid FROM {table} LIMIT 1 OFFSET {row}").fetchone()[0]
+                connection.execute(f"UPDATE {table} SET {column} = ? WHERE rowid = ?", (value, key))
+                connection.commit()
+            except sqlite3.Error:
+                continue  # of another type, or a number twice: SQLite itself holds to that
+        for name, read in (("python", python), ("solver", solver)):
+            try:
+                read()
+            except InputRefused:
+                refused[name] += 1
+            except Exception as error:
+                raise AssertionError(f"{table}.{column} = {value!r:.40} in row {row}, {name}: {type(error).__name__}: {error}") from error
+    assert refused["solver"]
+
+
+@pytest.mark.parametrize(
+    ("damage", "reader", "sentence"),
+    [
+        ("UPDATE terrain SET n_rows = -1", lambda path: store.read_terrain(path, "plane"), "CHECK constraint failed in terrain"),
+        (
+            "UPDATE joint SET child_body_id = 999 WHERE id = (SELECT min(id) FROM joint)",
+            store.read_rover,
+            "refers to a row of body that does not exist",
+        ),
+        ("ALTER TABLE body RENAME COLUMN mass TO mess", store.read_rover, "table body lacks column mass"),
+    ],
+)
+def test_a_damaged_row_is_told_as_such(tmp_path, damage, reader, sentence):
+    """What is wrong with the file is in the sentence, though its pages are whole; a whole file is not blamed for a fault of ours."""
+    import sqlite3
+    from contextlib import closing
+
+    from remembering import make_remembering
+    from rille.store.database import reading
+
+    path = tmp_path / "m.db"
+    make_remembering(path)
+    with pytest.raises(KeyError, match="ours"), reading(path):
+        raise KeyError("ours")
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("PRAGMA ignore_check_constraints = ON")
+        connection.execute("PRAGMA legacy_alter_table = ON")
+        connection.execute(damage)
+        connection.commit()
+    with pytest.raises(InputRefused, match=f"{sentence}|cannot be read"):
+        reader(path)
+    assert any(sentence in problem for problem in store.check(path))

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from rille.model import InputRefused
+from rille.store.soundness import problems
 
 APPLICATION_ID = 1380535372  # "RILL"
 
@@ -24,11 +25,15 @@ def schema_folder() -> Path:
     raise FileNotFoundError(f"schema.sql is missing beside {package}; install rille again")
 
 
+def schema_text() -> str:
+    """The SQL that makes a fresh database."""
+    return (schema_folder() / "schema.sql").read_text()
+
+
 @cache
 def schema_version() -> int:
     """The ``user_version`` that ``schema.sql`` gives a fresh database."""
-    text = (schema_folder() / "schema.sql").read_text()
-    found = re.search(r"PRAGMA user_version = (\d+)", text)
+    found = re.search(r"PRAGMA user_version = (\d+)", schema_text())
     assert found is not None
     return int(found.group(1))
 
@@ -50,7 +55,7 @@ def create(path: Path) -> None:
     try:
         with closing(sqlite3.connect(part)) as connection:
             connection.execute("PRAGMA journal_mode = WAL")  # readers see what a running solver has committed
-            connection.executescript((schema_folder() / "schema.sql").read_text())
+            connection.executescript(schema_text())
             for rows in ("views.sql", "effects.sql"):
                 connection.executescript((schema_folder() / rows).read_text())
             connection.commit()
@@ -100,7 +105,12 @@ def _probe(path: Path, *, may_be_older: bool, known_sound: bool = False) -> int:
 
 @contextmanager
 def reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """Connection that only reads; rows come as ``sqlite3.Row``."""
+    """Connection that only reads; rows come as ``sqlite3.Row``.
+
+    Raises
+    ------
+    InputRefused : if the file is none of ours, or what was read made no sense and the file proves damaged.
+    """
     path = Path(path)
     _probe(path, may_be_older=False)
     try:
@@ -109,6 +119,12 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
             yield connection
     except (sqlite3.Error, UnicodeDecodeError) as error:  # pages that look sound, and text that is none
         raise InputRefused(f"'{path}' cannot be read: {error}; it is damaged, restore it from a copy") from error
+    except InputRefused:
+        raise
+    except (LookupError, ValueError, TypeError) as error:  # a row that cannot be: is it the file, or a fault of ours?
+        if found := problems(path, schema_text()):
+            raise InputRefused(f"'{path}' is damaged ({found[0]}); restore it from a copy") from error
+        raise
 
 
 @contextmanager

@@ -3,42 +3,8 @@
 import re
 from pathlib import Path
 
-from rille.store.database import reading
-
-# Rules that SQL's CHECKs cannot say, each as a query whose rows are the offenders (column `subject`) and a sentence.
-RULES = (
-    (
-        "SELECT name AS subject FROM body WHERE id NOT IN (SELECT child_body_id FROM joint) LIMIT -1 OFFSET 1",
-        "body '{subject}' hangs on nothing, and it is not the only one; join all but one by joints",
-    ),
-    (
-        "SELECT wheel.name AS subject FROM wheel JOIN joint ON joint.id = joint_id WHERE kind <> 'hinge'",
-        "wheel '{subject}' turns on a joint that is not a hinge",
-    ),
-    (
-        "SELECT joint.name AS subject FROM joint_limit JOIN joint ON joint.id = joint_id WHERE kind NOT IN ('hinge', 'prismatic')",
-        "joint '{subject}' has a limit but neither turns nor slides about one axis",
-    ),
-    (
-        "SELECT differential.name AS subject FROM differential JOIN joint ON joint.id IN (joint_a_id, joint_b_id) "
-        "WHERE kind <> 'hinge' OR parent_body_id IS NOT carrier_body_id",
-        "differential '{subject}' needs two hinges on its carrier",
-    ),
-    (
-        "SELECT name AS subject FROM terrain WHERE (SELECT coalesce(sum(n_rows * n_cols), 0) FROM terrain_tile "
-        "WHERE terrain_id = terrain.id AND layer = 'height' AND level = 0) < n_rows * n_cols",
-        "terrain '{subject}' has cells without a tile",
-    ),
-    (
-        "SELECT soil.name AS subject FROM soil WHERE id IN (SELECT soil_id FROM terrain UNION SELECT soil_id FROM soil_patch) "
-        "AND id NOT IN (SELECT soil_id FROM material_pair WHERE soil_id IS NOT NULL)",
-        "soil '{subject}' is used but no material_pair says how wheels respond to it",
-    ),
-    (
-        "SELECT run.id AS subject FROM run WHERE status = 'running'",
-        "run {subject} never ended: its program was killed or still runs; what it committed is readable",
-    ),
-)
+from rille.store.database import reading, schema_text
+from rille.store.soundness import problems
 
 
 def check(path: Path) -> list[str]:
@@ -48,16 +14,11 @@ def check(path: Path) -> list[str]:
     ------
     InputRefused : if the file is no database of rille that this version can read.
     """
-    problems = []
     with reading(path) as connection:
-        problems += [f"the file is damaged: {row[0]}" for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
-        problems += [
-            f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that does not exist"
-            for row in connection.execute("PRAGMA foreign_key_check")
-        ]
-        for query, sentence in RULES:
-            problems += [sentence.format(subject=row["subject"]) for row in connection.execute(query)]
-    return problems
+        unended = [row["id"] for row in connection.execute("SELECT id FROM run WHERE status = 'running'")]
+    return problems(path, schema_text()) + [
+        f"run {run} never ended: its program was killed or still runs; what it committed is readable" for run in unended
+    ]
 
 
 def info(path: Path) -> dict:
