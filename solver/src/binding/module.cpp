@@ -308,7 +308,9 @@ std::vector<std::string> names(const Items& items) {
 
 void refuse(const std::string& sentence) {
   nb::object type = nb::module_::import_("rille.model").attr("InputRefused");
-  PyErr_SetString(type.ptr(), sentence.c_str());
+  // A damaged file is quoted as it is, be it text or not.
+  const nb::object text = nb::steal(PyUnicode_DecodeUTF8(sentence.data(), static_cast<Py_ssize_t>(sentence.size()), "replace"));
+  PyErr_SetObject(type.ptr(), text.ptr());
 }
 
 }  // namespace
