@@ -4,9 +4,11 @@ A few hundred mutations of a good file for every reader, always the same; ``RILL
 """
 
 import os
+import sqlite3
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,8 @@ from rille.proof.real import read_real
 from rille.recording import read_manifest
 from rille.recording.reading import open_source
 from rille.recording.reading.piece import Wanted
+from rille.store.database import reading
+from rille.store.soundness import columns
 from rille.study import read_study_sheet
 from rille.terrain.scene import read_scene
 
@@ -199,6 +203,14 @@ def test_bench_tables(tmp_path):
     drill(good, simulate.read_bench_csv, tmp_path, 6)
 
 
+def read_database(path: Path) -> None:
+    """All that Python reads of a model on the ground "plane"."""
+    store.read_rover(path)
+    store.read_scenario(path)
+    store.read_terrain(path, "plane")
+    store.info(path)
+
+
 def test_databases(make_model, tmp_path):
     """Pages of a model's file: Python reads it, or says that it is damaged."""
     from machines import cart, plane
@@ -206,20 +218,12 @@ def test_databases(make_model, tmp_path):
 
     path = make_model(cart(5.0, 0.15, 0.165), Scenario(name="s", duration=1, terrain="plane", placement="on_terrain"), plane())
 
-    def read(damaged: Path) -> None:
-        store.read_rover(damaged)
-        store.read_scenario(damaged)
-        store.read_terrain(damaged, "plane")
-        store.info(damaged)
-
     whole = tmp_path / "whole.db"
-    import sqlite3
-
     with sqlite3.connect(path) as source, sqlite3.connect(whole) as target:
         source.backup(target)
         target.execute("PRAGMA journal_mode = DELETE")
-    read(whole)
-    drill(whole, read, tmp_path, 7)
+    read_database(whole)
+    drill(whole, read_database, tmp_path, 7)
 
 
 @pytest.mark.parametrize("finished", [0, 30])
@@ -259,9 +263,6 @@ ODD_VALUES = (None, 0, -1, 1e-300, 1e300, float("inf"), 2**62, -(2**62), "", "x"
 
 def test_cells_of_databases(tmp_path):
     """Any cell of a model set past its rules to what cannot be: Python and the solver read it, or refuse it in a sentence."""
-    import sqlite3
-    from contextlib import closing
-
     from rille._solver import Model, Simulation
 
     from remembering import make_remembering
@@ -270,23 +271,17 @@ def test_cells_of_databases(tmp_path):
     make_remembering(good)
     with closing(sqlite3.connect(good)) as connection:
         connection.execute("PRAGMA journal_mode = DELETE")
-        tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
-        columns = {table: [row[1] for row in connection.execute(f"PRAGMA table_info({table})")] for table in tables}
         cells = [
             (table, column, row)
-            for table in tables
+            for table, names in columns(connection).items()
             for row in range(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])
-            for column in columns[table]
+            for column in names
         ]
     content = good.read_bytes()
     refused = {"python": 0, "solver": 0}
 
-    def python() -> None:
-        for read in (store.read_rover, store.read_scenario, lambda path: store.read_terrain(path, "plane"), store.info):
-            read(damaged)
-
-    def solver() -> None:
-        simulation = Simulation(Model(str(damaged)))
+    def solve(path: Path) -> None:
+        simulation = Simulation(Model(str(path)))
         simulation.settle()
         simulation.step(5)
 
@@ -302,9 +297,9 @@ def test_cells_of_databases(tmp_path):
                 connection.commit()
             except sqlite3.Error:
                 continue  # of another type, or a number twice: SQLite itself holds to that
-        for name, read in (("python", python), ("solver", solver)):
+        for name, read in (("python", read_database), ("solver", solve)):
             try:
-                read()
+                read(damaged)
             except InputRefused:
                 refused[name] += 1
             except Exception as error:
@@ -326,11 +321,7 @@ def test_cells_of_databases(tmp_path):
 )
 def test_a_damaged_row_is_told_as_such(tmp_path, damage, reader, sentence):
     """What is wrong with the file is in the sentence, though its pages are whole; a whole file is not blamed for a fault of ours."""
-    import sqlite3
-    from contextlib import closing
-
     from remembering import make_remembering
-    from rille.store.database import reading
 
     path = tmp_path / "m.db"
     make_remembering(path)

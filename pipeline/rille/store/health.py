@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from rille.store.database import reading, schema_text
-from rille.store.soundness import problems
+from rille.store.soundness import problems, tables
 
 
 def check(path: Path) -> list[str]:
@@ -24,8 +24,7 @@ def check(path: Path) -> list[str]:
 def info(path: Path) -> dict:
     """Contents of a database: version, size, names, rows per table, runs."""
     with reading(path) as connection:
-        tables = [r[0] for r in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
-        counts = {t: connection.execute(f"SELECT count(*) FROM {t}").fetchone()[0] for t in tables}
+        counts = {t: connection.execute(f"SELECT count(*) FROM {t}").fetchone()[0] for t in tables(connection)}
         names = {
             t: [r[0] for r in connection.execute(f"SELECT name FROM {t} ORDER BY id")]
             for t in ("body", "joint", "wheel", "terrain", "soil", "scenario")
@@ -49,8 +48,8 @@ def info(path: Path) -> dict:
 def units(path: Path) -> dict[str, dict[str, str]]:
     """Unit and meaning of every column, ``{table: {column: "[unit] meaning"}}``, as the file itself keeps them."""
     with reading(path) as connection:
-        tables = connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")
+        definitions = connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")
         return {
             row["name"]: dict(re.findall(r"^\s*([a-z_]\w*) (?:INTEGER|REAL|TEXT|BLOB).*-- (\[.*)$", row["sql"], re.MULTILINE))
-            for row in tables
+            for row in definitions
         }

@@ -50,8 +50,7 @@ def problems(path: Path, schema: str) -> list[str]:
         with closing(sqlite3.connect(path, timeout=10)) as connection:
             connection.execute("PRAGMA query_only = ON")
             connection.text_factory = lambda text: text.decode(errors="replace")
-            for problem in _asked(connection, schema):
-                found.append(problem)
+            found.extend(_asked(connection, schema))  # what was found stays, though the next question fails
     except sqlite3.Error as error:
         found.append(f"it cannot be read: {error}")
     return found
@@ -61,11 +60,11 @@ def _asked(connection: sqlite3.Connection, schema: str) -> Iterator[str]:
     yield from (f"the file is damaged: {row[0]}" for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok")
     with closing(sqlite3.connect(":memory:")) as fresh:
         fresh.executescript(schema)
-        expected, held = _columns(fresh), _columns(connection)
-    for table, columns in expected.items():
+        expected, held = columns(fresh), columns(connection)
+    for table, names in expected.items():
         if table not in held:
             yield f"table {table} is missing"
-        elif missing := columns - held[table]:
+        elif missing := set(names) - set(held[table]):
             yield f"table {table} lacks column {', '.join(sorted(missing))}"
     yield from (
         f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that does not exist"
@@ -75,6 +74,13 @@ def _asked(connection: sqlite3.Connection, schema: str) -> Iterator[str]:
         yield from (sentence.format(subject=row[0]) for row in connection.execute(query))
 
 
-def _columns(connection: sqlite3.Connection) -> dict[str, set[str]]:
-    tables = [row[0] for row in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
-    return {table: {row[0] for row in connection.execute("SELECT name FROM pragma_table_info(?)", (table,))} for table in tables}
+def tables(connection: sqlite3.Connection) -> list[str]:
+    """Names of the tables that are ours, not SQLite's."""
+    return [row[0] for row in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'")]
+
+
+def columns(connection: sqlite3.Connection) -> dict[str, list[str]]:
+    """Names of the columns of every table."""
+    return {
+        table: [row[0] for row in connection.execute("SELECT name FROM pragma_table_info(?)", (table,))] for table in tables(connection)
+    }
