@@ -111,3 +111,17 @@ def test_a_finding_that_tells_no_stretch_keeps_the_channel_out():
     cleaned, stuck = without_stuck(made)
     assert cleaned == made
     assert stuck == ()
+
+
+def test_a_channel_may_contradict_itself():
+    """A short top that no other channel is quick enough to contradict is blamed where the gate says that chance does not make it."""
+    sure = GateFinding(
+        code="saturation", severity="warning", channel="angle", message="", detail={"value": 0.8, "witnesses": [], "sure": True}
+    )
+    one = replace(recording("one", 0.0, limit=0.8, findings=False), findings=(sure,))
+    _, found = without_stuck(parts(one, recording("two", 1.0, limit=0.8, findings=False)))
+    answer = blamed(made_diagnosis(verdict="nothing_missing"), found, KINDS)
+    assert answer.verdict == "sensor_fault"
+    unsure = replace(one, findings=(replace(sure, detail={"value": 0.8, "witnesses": []}),))
+    _, found = without_stuck(parts(unsure, recording("two", 1.0, limit=0.8, findings=False)))
+    assert blamed(made_diagnosis(verdict="nothing_missing"), found, KINDS).verdict == "nothing_missing"

@@ -409,3 +409,19 @@ def test_husky_heading_of_its_inertial_unit(rille_data: Path):
     found = gate(recordings)
     assert {(f.code, f.channel) for findings in found for f in findings if f.severity != "note"} == {("bad_channel", "imu_yaw")}
     assert all(findings for findings in found)
+
+
+@pytest.mark.parametrize(("resolution", "found"), [(0.0, True), (0.05, False)], ids=["fine", "coarse"])
+def test_one_short_top_is_enough_where_values_never_repeat(resolution: float, found: bool):
+    """Four samples in a row at the very same, farthest value: no chance if all others differ, as usual if values are rounded to a step."""
+    t = np.arange(0.0, 5.0, 0.01)
+    rng = np.random.default_rng(4)
+    value = (0.6 + 0.1 * t) * np.sin(7.0 * t) + 1e-3 * rng.standard_normal(len(t))
+    peak = int(np.argmax(value))
+    value = np.minimum(value, np.sort(value[peak - 4 : peak + 5])[-4])
+    assert np.count_nonzero(value == value.max()) == 4
+    if resolution:
+        value = resolution * np.round(value / resolution)
+    alone = Channel(name="rate", quantity="joint.velocity", unit="rad/s", target="a", clock="time", time=t, value=value)
+    (report,) = gate([Recording(name="r", channels=(alone,))])
+    assert [finding.detail["sure"] for finding in report if finding.code == "saturation"] == [True] * found

@@ -28,7 +28,7 @@ KNOWN = 1e-4  # relative: as well is the end of a range known that samples say
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stuck:
     """A channel that stood still. value [unit] : where. samples : how many said so. witnesses : channels that contradict. is_limit :
-    whether it is the end of its range.
+    whether it is the end of its range. sure : the channel contradicts itself.
     """
 
     channel: str
@@ -37,6 +37,7 @@ class Stuck:
     samples: int
     witnesses: tuple[str, ...]
     is_limit: bool
+    sure: bool = False
 
 
 def without_stuck(parts: Parts) -> tuple[Parts, tuple[Stuck, ...]]:
@@ -108,17 +109,18 @@ def _note(found: dict[str, Stuck], channel: Channel, value: float, samples: int,
         samples=samples + (before.samples if before else 0),
         witnesses=tuple(dict.fromkeys((*(before.witnesses if before else ()), *told))),
         is_limit=is_limit,
+        sure=is_limit and (any(f.detail.get("sure") is True for f in findings) or bool(before and before.sure)),
     )
 
 
 def blamed(diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectKind]) -> Diagnosis:
     """The diagnosis with the channels that stood still told; where the model is at the noise without them, and another channel
-    contradicts what they said, they are the diagnosis.
+    or they themselves contradict what they said, they are the diagnosis.
     """
     if not stuck:
         return diagnosis
     said = replace(diagnosis, notes=(*diagnosis.notes, *(_in_words(one) for one in stuck)))
-    proven = [one for one in stuck if one.witnesses]
+    proven = [one for one in stuck if one.witnesses or one.sure]
     if diagnosis.verdict != "nothing_missing" or not proven:
         return said
     catalogue = {kind.name: kind for kind in kinds}
