@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rille.model import Effect
     from rille.model.recording import Recording
     from rille.proof.making import Made, Misfits
     from rille.proof.subject import Subject
@@ -45,11 +46,12 @@ def misfits_of(model: Path) -> "Misfits":
     from rille.diagnosis.comparison.pooled import pool
     from rille.proof.making import Misfit
 
-    def misfits(recordings: "Sequence[Recording]") -> Mapping[str, Misfit]:
+    def misfits(recordings: "Sequence[Recording]", effects: "Sequence[Effect]") -> Mapping[str, Misfit]:
+        assert not effects or all(one.kind == "time" for one in recordings)
         compared = [
             compare_points(model, one)
             if one.kind == "points"
-            else diagnosis.compare_windows(simulate.Replayer(model, one.name, threads=1), one, window=WINDOW)
+            else diagnosis.compare_windows(simulate.Replayer(model, one.name, threads=1).changed(effects), one, window=WINDOW)
             for one in recordings
         ]
         return {c.channel.name: Misfit(z=c.z, degrees=float(np.sum(c.degrees))) for c in pool(compared) if not c.left_out}

@@ -7,8 +7,9 @@ from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
-from rille.model import InputRefused, PhysicsFailed, Scenario
+from rille.model import Effect, InputRefused, PhysicsFailed, Scenario
 from rille.model.recording import Recording
 from rille.proof.generator import simulate
 from rille.proof.hidden import Hidden
@@ -21,7 +22,10 @@ from rille.proof.trials import TRAINING, Drawn
 
 MOST_DRAWS = 12
 NEAREST = 2  # of the laws that may stand for one, that are looked at closely
-PROPORTIONS = 2  # steps to the size at which another law explains most
+APART = 0.3  # in logarithms: the first two sizes of another law that are tried
+CLOSE = 0.005  # relative, of that logarithm: so close to the size at which it explains most,
+MOST_STEPS = 8  # in as many steps
+FAILED = 1e18  # sum of squares of a law that explains nothing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,8 +43,8 @@ class Misfit:
         return float(np.nansum(self.z**2) / self.degrees)
 
 
-Misfits = Callable[[Sequence[Recording]], Mapping[str, Misfit]]
-"""Recordings -> channel -> what the base model does not reproduce of it."""
+Misfits = Callable[[Sequence[Recording], Sequence[Effect]], Mapping[str, Misfit]]
+"""Recordings, effects on top of the base model -> channel -> what that does not reproduce of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +98,7 @@ def make(drawn: Drawn, misfits: Misfits) -> Made:
     Unreachable : if this draw cannot be made so strong.
     """
     first = next(scenario for scenario in drawn.scenarios if scenario.name == TRAINING[0])
-    base = misfits([generate(drawn, first, [], rough=True)]) if drawn.hidden else {}
+    base = misfits([generate(drawn, first, [], rough=True)], ()) if drawn.hidden else {}
     pieces = tuple(_sized(drawn, hidden, first, misfits, base) for hidden in drawn.hidden)
     concealed = [(piece.hidden, piece.size) for piece in pieces]
     try:
@@ -108,14 +112,20 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
     """A concealed thing at the size that is as strong as wanted in the recording of a scenario. base : what that shows without it."""
     wanted = drawn.trial.strength
 
-    def shown(one: Hidden, size: float) -> Mapping[str, Misfit] | None:
+    def shown(one: Hidden, size: float) -> Recording | None:
         try:
-            return misfits([generate(drawn, scenario, [(one, size)], rough=True)])
+            return generate(drawn, scenario, [(one, size)], rough=True)
+        except (PhysicsFailed, InputRefused):
+            return None
+
+    def beside(recording: Recording | None, effects: Sequence[Effect] = ()) -> Mapping[str, Misfit] | None:
+        try:
+            return misfits([recording], effects) if recording is not None else None
         except (PhysicsFailed, InputRefused):
             return None
 
     def strength(one: Hidden) -> Callable[[float], tuple[float, str]]:
-        return lambda size: excess(shown(one, size), base)
+        return lambda size: excess(beside(shown(one, size)), base)
 
     size, found, channel = find_size(strength(hidden), wanted, hidden.first, hidden.most, hidden.least)
     others = []
@@ -124,16 +134,20 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
             others.append((other, find_size(strength(other), wanted, other.first, other.most)[0]))
         except Unreachable:
             continue
-    here = shown(hidden, size) if others else None
-    if here is not None:
-        left = [_left_by(here, base, shown, other, begin)[0] for other, begin in others]
+
+    def left_by(recording: Recording | None, other: Hidden, begin: float) -> tuple[float, str]:
+        return least_left(lambda size: beside(recording, other.laws(size)), excess(beside(recording), base), base, begin, other.most)
+
+    if others:
+        here, first = shown(hidden, size), size
+        left = [excess(beside(here, other.laws(begin)), base)[0] for other, begin in others]
         nearest = [others[k] for k in np.argsort(left, kind="stable")[:NEAREST]]
 
         def unexplained(size: float) -> tuple[float, str]:
             here = shown(hidden, size)
             if here is None:
                 return np.inf, ""
-            return min((_left_by(here, base, shown, other, begin) for other, begin in nearest), key=lambda one: one[0])
+            return min((left_by(here, other, begin * size / first) for other, begin in nearest), key=lambda one: one[0])
 
         size, found, channel = find_size(unexplained, wanted, size, hidden.most, hidden.least)
     return Piece(hidden=hidden, size=size, strength=found, channel=channel)
@@ -150,42 +164,38 @@ def excess(here: Mapping[str, Misfit] | None, base: Mapping[str, Misfit]) -> tup
     return float(np.sqrt(max(0.0, beyond[worst]))), worst
 
 
-def _left_by(
-    here: Mapping[str, Misfit],
+def least_left(
+    beside: Callable[[float], Mapping[str, Misfit] | None],
+    without: tuple[float, str],
     base: Mapping[str, Misfit],
-    shown: Callable[[Hidden, float], Mapping[str, Misfit] | None],
-    other: Hidden,
-    size: float,
+    begin: float,
+    most: float,
 ) -> tuple[float, str]:
-    """Of what is shown that [noise] which another law leaves at the size that explains most, and the channel where it leaves most.
+    """What a law leaves of a recording [noise] at the size that explains most of it, and the channel where it leaves most.
 
-    That size is found in proportion from the given one, then once more from there. One under which the recording lasts otherwise in every
-    channel explains nothing.
+    Brent's method on the logarithm of the size. A size at which the model does not reach all that the base model does explains nothing.
+
+    Parameters
+    ----------
+    beside : size -> misfits of the recording beside the base model with that law. without : excess beside the base model alone. base :
+        misfits of a recording with nothing concealed. begin : a size to begin with. most : bound of the size.
     """
-    left = excess(here, base)
-    change = _change(here, base)
-    for _ in range(PROPORTIONS):
-        there = shown(other, size)
-        if there is None:
-            break
-        own = _change(there, base)
-        names = sorted(change.keys() & own.keys())
-        if not names:
-            break
-        power = sum(float(own[name] @ own[name]) for name in names)
-        factor = max(0.0, sum(float(own[name] @ change[name]) for name in names) / power) if power > 0 else 0.0
-        rest = {name: float(np.sum((change[name] - factor * own[name]) ** 2)) / here[name].degrees for name in names}
-        worst = max(rest, key=lambda name: rest[name])
-        left = min(left, (float(np.sqrt(rest[worst])), worst), key=lambda one: one[0])
-        if not 0 < factor * size < other.most:
-            break
-        size *= factor
-    return left
+    tried: dict[float, tuple[float, tuple[float, str]]] = {}
 
+    def square(logarithm: float) -> float:
+        size = min(float(np.exp(logarithm)), most)
+        if size not in tried:
+            here = beside(size)
+            reached = here is not None and all(
+                np.isfinite(here[n].z).sum() >= np.isfinite(one.z).sum() for n, one in base.items() if n in here
+            )
+            whole = sum(float(np.nansum(one.z**2)) for one in here.values()) if here is not None and reached else FAILED
+            tried[size] = whole, excess(here, base) if reached else (np.inf, "")
+        return tried[size][0]
 
-def _change(here: Mapping[str, Misfit], base: Mapping[str, Misfit]) -> dict[str, NDArray[np.float64]]:
-    """Of each channel what its residuals change by, 0 where either has none."""
-    return {name: np.nan_to_num(one.z - base[name].z) for name, one in here.items() if name in base and len(base[name].z) == len(one.z)}
+    last = float(np.log(min(begin, most)))
+    minimize_scalar(square, bracket=(last - APART, last), options={"xtol": CLOSE, "maxiter": MOST_STEPS})
+    return min(without, min(tried.values())[1], key=lambda one: one[0])
 
 
 def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden, float]], *, rough: bool = False) -> Recording:
