@@ -411,6 +411,16 @@ def test_husky_heading_of_its_inertial_unit(rille_data: Path):
     assert all(findings for findings in found)
 
 
+def test_where_a_coarse_channel_turns_round_it_is_not_cut_off():
+    """A joint that turns slowly at the end of its swing says one rounded value four times, and nowhere else so often: no end of a range."""
+    t = np.arange(0.0, 4.86, 0.01)
+    value = 8.7e-4 * np.round(np.cos(1.1 * t) / 8.7e-4)
+    made = Channel(name="angle", quantity="joint.position", unit="rad", target="a", clock="time", time=t[60:], value=value[60:])
+    assert np.count_nonzero(made.value == made.value.min()) >= 4
+    (report,) = gate([Recording(name="r", channels=(made,))])
+    assert not [finding for finding in report if finding.code == "saturation"]
+
+
 @pytest.mark.parametrize(("resolution", "found"), [(0.0, True), (0.05, False)], ids=["fine", "coarse"])
 def test_one_short_top_is_enough_where_values_never_repeat(resolution: float, found: bool):
     """Four samples in a row at the very same, farthest value: no chance if all others differ, as usual if values are rounded to a step."""

@@ -14,6 +14,7 @@ SHORTEST = 3  # samples
 VISITS = 2
 LEVEL = 1.9  # power of the number of samples, by which a run must be less likely than one in that many
 SHOWN = 50
+SAME = 1e-9  # of the spread: values no farther apart are one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +44,7 @@ def flat_tops(channel: Channel, manner: Manner) -> list[FlatTops]:
     if len(finite) < 50:
         return []
     found = []
+    step = max(manner.resolution, _smallest_step(finite, manner.spread))
     chance = _longest_by_chance(value, float(finite.min()), float(finite.max()))
     for side, extreme in (("largest", float(finite.max())), ("smallest", float(finite.min()))):
         where = np.flatnonzero(value == extreme)
@@ -56,8 +58,8 @@ def flat_tops(channel: Channel, manner: Manner) -> list[FlatTops]:
         before = np.abs(extreme - value[np.maximum(first - 2, 0)]) / 2
         after = np.abs(extreme - value[np.minimum(last + 1, len(value) - 1)]) / 2
         slope = np.fmax(np.nan_to_num(before), np.nan_to_num(after))
-        cut = slope > np.maximum(20 * max(manner.resolution, 1e-6 * abs(extreme)) / np.maximum(length, 1), 1.5 * manner.resolution)
-        sure = bool(np.any(length[cut] > chance)) and manner.noise >= manner.resolution
+        cut = slope > np.maximum(20 * max(step, 1e-6 * abs(extreme)) / np.maximum(length, 1), 1.5 * step)
+        sure = bool(np.any(length[cut] > chance)) and manner.noise >= step
         if np.count_nonzero(cut) < max(1 if sure else VISITS, len(first) / 3):
             continue
         chosen = np.flatnonzero(cut)
@@ -65,6 +67,12 @@ def flat_tops(channel: Channel, manner: Manner) -> list[FlatTops]:
         longest = tuple(Held(span=(float(time[first[k]]), float(time[last[k] - 1])), value=extreme, samples=int(length[k])) for k in order)
         found.append(FlatTops(side=side, value=extreme, count=len(chosen), samples=int(length[cut].sum()), longest=longest, sure=sure))
     return found
+
+
+def _smallest_step(value: NDArray[np.float64], spread: float) -> float:
+    """The smallest step between two values of (n,): that of a rounded channel, next to none of a fine one."""
+    steps = np.diff(np.unique(value))
+    return float(np.min(steps[steps > SAME * spread], initial=np.inf)) if np.any(steps > SAME * spread) else 0.0
 
 
 def _longest_by_chance(value: NDArray[np.float64], low: float, high: float) -> float:
