@@ -87,12 +87,12 @@ class Maker:
 
     def excess(self, recordings: Sequence[Recording], floor: Mapping[str, Misfit] | None = None) -> tuple[float, str]:
         """``rille.proof.making.excess`` with noise as it is, also where the manifest hides it. floor : without the fault."""
-        return excess(self.misfits(recordings), floor or {})
+        return excess(self.misfits(recordings, ()), floor or {})
 
     @cached_property
     def floor(self) -> Mapping[str, Misfit]:
         """Of channels what is shown without the fault."""
-        return self.misfits(self.recordings(0.0, TRAINING))
+        return self.misfits(self.recordings(0.0, TRAINING), ())
 
     def strength(self, size: float) -> tuple[float, str]:
         """Excess in the training recordings at a size; infinite where physics ends a run or refuses the numbers."""

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rille.diagnosis.inference.doubt import doubt
+from rille.diagnosis.inference.doubt import doubt, vague
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.search import search
-from rille.diagnosis.inference.settle import _swapped_together
+from rille.diagnosis.inference.settle import State, _swapped_together, exchange
+from rille.model.diagnosis import Estimate, NamedTerm
 from toy_evidence import catalogue, effect, named, number, recorded
 
 CHEAP = [h for h in catalogue() if h.kind not in ("ripple", "push")]
@@ -25,14 +26,19 @@ def under(truth, answer):
 
 def test_the_right_answer_is_not_doubted():
     truth = named("quadratic", "left", coefficient=0.03)
-    assert doubt(under(truth, truth), CHEAP, {truth.hypothesis.title}) == ""
+    assert doubt(under(truth, truth), CHEAP, {truth.hypothesis.title}) == ("", None)
 
 
 def test_a_law_that_only_acts_alike_is_doubted():
     """Drag in proportion to speed for drag with its square: at the noise as a whole, but not in what the square would take away."""
     truth, answer = named("quadratic", "left", coefficient=0.03), named("viscous", "left", coefficient=0.03)
-    assert doubt(under(truth, answer), CHEAP, {answer.hypothesis.title})
-    assert doubt(under(truth, answer), [truth.hypothesis], {truth.hypothesis.title}) == ""  # what the answer leaves open is no objection
+    against, other = doubt(under(truth, answer), CHEAP, {answer.hypothesis.title})
+    assert truth.hypothesis.title in against
+    assert other.hypothesis == truth.hypothesis
+    assert doubt(under(truth, answer), [truth.hypothesis], {truth.hypothesis.title}) == (
+        "",
+        None,
+    )  # what the answer leaves open is no objection
 
 
 @pytest.mark.parametrize("size", [0.1, 0.2])
@@ -61,3 +67,34 @@ def test_a_stand_in_is_among_the_rivals_of_every_piece(target):
     found = search(recorded(truth, seconds=12), CHEAP)
     tried = {t.term.hypothesis.title for row in found.ranked for t in row.terms}
     assert {"left": "viscous of left", "right": "viscous of right"}[target] in tried
+
+
+@pytest.mark.parametrize(("excess", "wider"), [(0.2, True), (0.0, False)], ids=["falls with speed", "is constant"])
+def test_a_wider_law_takes_the_place_of_the_one_that_it_contains(excess, wider):
+    """Friction that falls with speed where friction was found, begun at no friction at all; not where it is friction and no more."""
+    truth = named("stribeck", "left", coulomb=0.4, excess=excess, speed=0.3)
+    evidence = recorded((truth,), seconds=20)
+    judge = Judge(evidence)
+    (found,) = fit_together(judge, [[(named("coulomb", "left", force=0.3),)]])
+    under = Judge(evidence.relinearised(found.setting), found.setting)
+    state = State(always=(), first=judge, judge=under, pieces=list(found.setting), rivals=[[]])
+    assert exchange(state, evidence, 0, named("stribeck", "left", coulomb=0.0, excess=0.05, speed=0.1), len(CHEAP)) == wider
+    (piece,) = state.pieces
+    assert piece.hypothesis.kind == ("stribeck" if wider else "coulomb")
+    if wider:
+        assert piece.numbers["coulomb"] == pytest.approx(0.4, rel=0.05)
+        assert piece.numbers["excess"] == pytest.approx(excess, rel=0.2)
+        assert state.judge.chi2 < under.chi2
+
+
+@pytest.mark.parametrize(("low", "vagueness"), [(0.0, True), (0.01, False)])
+def test_a_law_without_any_number_that_is_told_is_vague(low, vagueness):
+    """A cable that may be as soft as none, as long and anchored anywhere: what it does is seen, but not that it is one."""
+    term = effect("cable", "left", number("stiffness"), number("length", amplitude=False)).at({"stiffness": 0.07, "length": 0.3})
+    estimates = (
+        Estimate(name="stiffness", unit="N/m", value=0.07, low=low, high=1.1),
+        Estimate(name="length", unit="m", value=0.3, low=0.1, high=9.0),
+    )
+    said = vague([NamedTerm(term=term, estimates=estimates)])
+    assert ("stiffness 0 to 1.1 N/m" in said) == vagueness
+    assert bool(said) == vagueness

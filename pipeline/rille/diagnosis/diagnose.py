@@ -25,6 +25,7 @@ from rille.diagnosis.hypotheses.tries import place_tries
 from rille.diagnosis.inference.found import Found, with_doubt
 from rille.diagnosis.inference.patches import patch_tries, window_places
 from rille.diagnosis.inference.search import search
+from rille.diagnosis.inference.simpler import one_law_instead
 from rille.diagnosis.inference.unknown import Unknown, find_unknown
 from rille.diagnosis.inference.weights import none_of_these
 from rille.diagnosis.second_look import EDGES, LEAST, SEAM, Look, may_hide, takes_over
@@ -205,10 +206,11 @@ def _search(
     hypotheses = of_kind(candidates(machine, channels, kinds, location=location), only=options.only, without=options.without)
     scales = natural(machine, channels)
     evidence = gather(simulators, parts.training, **like, on_progress=lambda done, total, what: told(0.25 * done, total, what))
+    floor = chi2_floor(evidence, like["noise"])
     found = search(
         evidence,
         hypotheses,
-        floor=chi2_floor(evidence, like["noise"]),
+        floor=floor,
         kinds={kind.name: kind for kind in kinds},
         most=options.most,
         tries={**place_tries(hypotheses, machine, scales, location), **patch_tries(evidence, hypotheses, window_places(evidence, base))},
@@ -217,9 +219,12 @@ def _search(
     unplaced = _unplaced(simulators(parts.training[0].scenario or ""), evidence)
     if found.verdict == "unknown" and unplaced:
         found = replace(found, verdict="cannot_know", notes=(*found.notes, UNPLACED.format(joints=", ".join(unplaced))))
-    after: Any = found.evidence
     unknown = None
-    if found.verdict == "unknown":
+    if found.verdict in NAMING:
+        instead = one_law_instead(evidence, found, machine, scales, channels, floor=floor)
+        found, unknown = instead if instead is not None else (found, None)
+    after: Any = found.evidence
+    if found.verdict == "unknown" and unknown is None:
         unknown = find_unknown(
             after,
             machine,

@@ -5,7 +5,7 @@ positive. ``stores``: a function of position alone, which gives back what it too
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from rille.diagnosis.hypotheses.natural import Natural
@@ -13,7 +13,7 @@ from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
 from rille.model.machine import Machine
 
 TargetKind = Literal["joint", "body", "wheel"]
-GENTLE = 0.05  # share of the usual speed over which a sign changes
+GENTLE = 0.02  # share of the usual speed over which a sign changes
 TRIAL = 0.1  # share of the usual force
 
 
@@ -37,6 +37,8 @@ class Law:
 
 JOINT_LAWS = (
     ("sign(v)", "tanh(velocity/(e*w))", True),
+    ("sign(v) where v > 0", "max(tanh(velocity/(e*w)),0)", True),
+    ("sign(v) where v < 0", "min(tanh(velocity/(e*w)),0)", True),
     ("v", "velocity/w", True),
     ("v |v|", "velocity*abs(velocity)/w^2", True),
     ("v^3", "(velocity/w)^3", True),
@@ -180,6 +182,19 @@ def as_setting(laws: Sequence[Law], numbers: Sequence[float]) -> Setting:
         ).at({"gain": 1.0})
         for output, formulas in outputs.items()
     )
+
+
+def sharper(setting: Setting, share: float) -> Setting:
+    """Expressions whose signs change over this share of the speed that they do; themselves where none does."""
+    found = []
+    for term in setting:
+        constants = dict(term.hypothesis.words["constants"])
+        if "e" in constants:
+            value, unit = constants["e"]
+            words = {**term.hypothesis.words, "constants": {**constants, "e": [share * value, unit]}}
+            term = replace(term, hypothesis=replace(term.hypothesis, words=words))
+        found.append(term)
+    return tuple(found)
 
 
 def in_words(laws: Sequence[Law], numbers: Sequence[float]) -> str:

@@ -16,7 +16,8 @@ from scipy.stats import chi2
 from rille.diagnosis.inference.accept import SIGNIFICANT, differs
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.screen import screen
-from rille.model.hypothesis import Hypothesis
+from rille.model.diagnosis import NamedTerm
+from rille.model.hypothesis import Hypothesis, Term
 
 CHANCE = 1e-2  # probability of a doubt of a right answer
 TOO_MANY = ("order", "place", "time")  # numbers whose search takes many trials: what has them takes most away by chance, too
@@ -24,23 +25,39 @@ SURE = 0.1  # excess per degree, in terms of the noise, that is no matter of ste
 NEAR_NOISE = 0.3  # excess per degree, in terms of the noise, up to which an answer is near it
 OTHER = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"
 LEFT = "what was found leaves little, but more than noise, that nothing explains: it only acts like what is missing, or not alone"
+VAGUE = "no number of {title} is told by these recordings ({numbers}): it only acts like what is missing"
 DOUBTED = 0.75  # probability of none of the catalogue, at least, where there is doubt
 
 
-def doubt(judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str], on_progress: Progress | None = None) -> str:
-    """What speaks against the base of a judge, which should be right, in words; '' if nothing does.
+def doubt(
+    judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str], on_progress: Progress | None = None
+) -> tuple[str, Term | None]:
+    """What speaks against the base of a judge, which should be right, in words; '' if nothing does. And the law that does, if one does.
 
     known : titles of hypotheses that the answer leaves open.
     """
     if differs(judge):
         sure = max(SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)), SURE * judge.degrees) * judge.floor
-        return LEFT if sure < judge.excess < NEAR_NOISE * judge.floor * judge.degrees else ""
+        return (LEFT if sure < judge.excess < NEAR_NOISE * judge.floor * judge.degrees else ""), None
     others = [h for h in hypotheses if h.title not in known and all(n.search not in TOO_MANY for n in h.free)]
     screened = screen(judge.evidence, others, judge=judge, on_progress=on_progress)
-    against = ""
+    against, by = "", None
     least = CHANCE / max(screened.tries, 1)
     for s in screened.signatures:
         chance = float(chi2.sf(s.drop / judge.floor, len(s.hypothesis.free)))
         if not s.silent and chance < least:
-            against, least = OTHER.format(other=s.hypothesis.title), chance
-    return against
+            against, by, least = OTHER.format(other=s.hypothesis.title), s.hypothesis.at(s.values), chance
+    return against, by
+
+
+def vague(terms: Sequence[NamedTerm]) -> str:
+    """Which term has no amplitude that differs from none by its interval, though the term is needed, in words; '' if all have one.
+
+    A law with many numbers, all of them open, bends to many shapes: a cable that might be anywhere pulls as any spring does.
+    """
+    for one in terms:
+        pairs = list(zip(one.term.hypothesis.free, one.estimates, strict=True))
+        if any(n.amplitude for n, _ in pairs) and all(e.low <= n.absent <= e.high for n, e in pairs if n.amplitude):
+            numbers = ", ".join(f"{e.name} {e.low:.3g} to {e.high:.3g} {e.unit}" for n, e in pairs if n.amplitude)
+            return VAGUE.format(title=one.term.hypothesis.title, numbers=numbers)
+    return ""

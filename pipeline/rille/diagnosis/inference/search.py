@@ -14,7 +14,7 @@ from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
 from rille.diagnosis.inference.accept import LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
 from rille.diagnosis.inference.confound import groups
-from rille.diagnosis.inference.doubt import DOUBTED, doubt
+from rille.diagnosis.inference.doubt import DOUBTED, doubt, vague
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
 from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of, with_doubt
 from rille.diagnosis.inference.judge import Judge, Progress
@@ -23,7 +23,7 @@ from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
 from rille.diagnosis.inference.screen import Screened, screen
-from rille.diagnosis.inference.settle import State, own_fit, same, settle
+from rille.diagnosis.inference.settle import State, exchange, own_fit, same, settle
 from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
@@ -80,13 +80,29 @@ def search(
             return _answer(state, kinds or {}, verdict)
         group = [i for i in state.standing.confounded.order if state.standing.confounded.number[i] == 0]
         open_ones = {t.hypothesis.title for i in group for t in state.standing.fitted[i - 1].setting}
-        against = doubt(state.judge, hypotheses, open_ones, on_progress)
-        if not against:
-            return _answer(state, kinds or {}, verdict)
+        against, other = doubt(state.judge, hypotheses, open_ones, on_progress)
+        answer = _answer(state, kinds or {}, verdict)
+        if not against and not (against := vague(answer.terms)):
+            return answer
         # Where noise is overstated, chi-squared as a whole hides another piece: what speaks against the answer may be a part of it.
-        if len(state.pieces) >= most or not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
-            state.notes.append(against)
-            return with_doubt(_answer(state, kinds or {}, "unknown"), DOUBTED)
+        if len(state.pieces) < most and _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
+            continue
+        if other is not None and _in_its_place(state, evidence, other, len(hypotheses), on_progress):
+            continue
+        state.notes.append(against)
+        return with_doubt(_answer(state, kinds or {}, "unknown"), DOUBTED)
+
+
+def _in_its_place(state: State, evidence: Evidence, other: Term, tries: int, on_progress: Progress | None) -> bool:
+    """Whether a law that would take more away on top of the answer stands in the place of a piece at its target with fewer numbers: a wider
+    one, such as friction that falls with speed, where friction was found.
+    """
+    law = other.hypothesis
+    for number, piece in enumerate(state.pieces):
+        narrow = piece.hypothesis
+        if narrow.target == law.target and len(narrow.free) < len(law.free):
+            return exchange(state, evidence, number, other, tries, on_progress)
+    return False
 
 
 def _worth_looking(state: State) -> bool:

@@ -8,8 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
+import numpy as np
+
 from rille.diagnosis.evidence.evidence import Evidence
-from rille.diagnosis.inference.accept import LEAST_SHARE, is_accepted
+from rille.diagnosis.inference.accept import LEAST_SHARE, NATS, is_accepted
 from rille.diagnosis.inference.confound import groups
 from rille.diagnosis.inference.fit import Fitted, fit_together
 from rille.diagnosis.inference.found import Standing
@@ -143,6 +145,40 @@ def settle(
             standing = wider
     state.pieces, state.rivals, state.standing = list(taken.setting[always:]), rivals, standing
     return True
+
+
+def exchange(state: State, evidence: Evidence, number: int, term: Term, tries: int, on_progress: Progress | None = None) -> bool:
+    """Put a term in the place of an accepted piece, if it predicts clearly better than that, and write it into the state; whether it did.
+
+    evidence : under the starts of the base. number : of the piece.
+    """
+    place = len(state.always) + number
+    begun = [(*state.setting[:place], each, *state.setting[place + 1 :]) for each in _taking_over(term, state.pieces[number])]
+    rough = min(fit_together(state.judge, [[setting] for setting in begun], on_progress=on_progress), key=lambda one: one.chi2)
+    own, linear = own_fit(evidence, rough.setting, state)
+    here = Judge(linear, own.setting, floor=state.first.floor)
+    rivals = [[state.pieces[k], *each] if k == number else each for k, each in enumerate(state.rivals)]
+    fitted = fit_together(here, [[setting] for setting in _alternatives(own.setting, len(state.always), rivals)], on_progress=on_progress)
+    state.replays += here.replays
+    scores = rank(linear, fitted, judge=state.first)
+    standing = Standing(judge=state.first, fitted=tuple(fitted), scores=scores, confounded=groups(scores, fitted, here.metric.edges))
+    before = next(i for i, one in enumerate(fitted, start=1) if same_pieces(one.setting, state.setting))
+    best = standing.confounded.order[0]
+    winner = fitted[best - 1].setting
+    if not same_pieces(winner, own.setting) or not scores.clearly_ahead(best, before, np.log(max(tries, 1)) + NATS):
+        return False
+    state.judge = Judge(linear, winner, floor=state.first.floor)
+    state.pieces, state.rivals, state.standing = list(winner[len(state.always) :]), rivals, standing
+    return True
+
+
+def _taking_over(term: Term, piece: Term) -> list[Term]:
+    """The term as it is, and with what a piece does on top in each amplitude that could mean the same: where it is the wider law."""
+    numbers = piece.numbers
+    sizes = {n.unit: numbers[n.name] for n in piece.hypothesis.free if n.amplitude}
+    own = {n.name: value for n, value in zip(term.hypothesis.free, term.values, strict=True)}
+    like = [n for n in term.hypothesis.free if n.amplitude and n.unit in sizes]
+    return [term, *(term.hypothesis.at({**own, n.name: min(max(own[n.name] + sizes[n.unit], n.lower), n.upper)}) for n in like)]
 
 
 def _swapped_together(standing: Standing, taken: Setting, always: int) -> list[Setting]:
