@@ -21,6 +21,7 @@ from rille.model.recording import Channel
 LARGEST_SHARE = 0.3  # of what the machine's own scale is: a larger trial stalls it and says nothing about a small amount
 FEW_BODIES = 3
 FAR = 100.0  # numbers that are looked for over decades stay within this factor of their usual value, or of their spread above it
+SLOW_MOMENTS = 3.0  # times slower than at its fastest is a joint at many moments
 
 
 def candidates(
@@ -144,7 +145,8 @@ def _free(
         lower, upper = max(number.lower, number.start / FAR), min(number.upper, max(number.start, number.spread) * FAR)
         return replace(number, lower=lower, upper=upper, start=min(max(number.start, lower), upper))
     if number.search == "order" and "s" in here:
-        fastest = 3.0 * here["s"] / max(scales.interval, 1e-6)  # half a turn of its phase from one sample to the next
+        slow = here["s"] * SLOW_MOMENTS
+        fastest = 3.0 * slow / max(scales.interval, 1e-6)  # half a turn of its phase from one sample to the next
         upper = max(parameter.lower + 1, min(parameter.upper, round(fastest)))
         return replace(number, upper=upper, start=min(number.start, upper))
     return replace(number, start=min(max(number.start, number.lower), number.upper))
