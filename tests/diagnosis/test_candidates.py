@@ -119,6 +119,17 @@ def test_effects_that_the_model_has_are_numbers_to_refit():
     assert refit.moves == ((number, f"effect.{name}.hinge1.{number}", 1.0),)
 
 
+@pytest.mark.parametrize(("speed", "most"), [(2.0, 225), (20.0, 22)])
+def test_ripples_are_as_fine_as_samples_follow_at_slow_moments(speed, most):
+    """Half a turn (3 rad) of the ripple from one of 50 samples a second to the next, at a third of the fastest speed."""
+    t = np.arange(0.0, 5.0, 0.02)
+    rate = Channel(name="rate", quantity="joint.velocity", target="hinge1", unit="rad/s", time=t, value=speed * np.sin(1.3 * t))
+    rover = replace(chain([0.3], [0.5]), drives=(Drive(name="m", joint="hinge1", mode="torque", max_torque=5.0),))
+    ripple = next(h for h in candidates(machine_of(rover), (rate,), KINDS) if h.title == "torque_ripple of hinge1")
+    (cycles,) = (n for n in ripple.free if n.name == "cycles")
+    assert cycles.upper == pytest.approx(most, rel=0.05)
+
+
 def test_numbers_of_the_model():
     rover = cart(5.0, 0.15, 0.165)
     found = {(h.kind, h.target): h for h in candidates(machine_of(rover, soil=LUNAR_SOIL), (), KINDS) if h.cause == "parameter"}
