@@ -1,6 +1,7 @@
 """A trial as recordings: the generator runs the machine as it really is, sensors see it."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 from zlib import crc32
@@ -194,7 +195,8 @@ def least_left(
         return tried[size][0]
 
     last = float(np.log(min(begin, most)))
-    minimize_scalar(square, bracket=(last - APART, last), options={"xtol": CLOSE, "maxiter": MOST_STEPS})
+    with suppress(RuntimeError):  # no size explains more than its neighbours on both sides: the best of those tried stands
+        minimize_scalar(square, bracket=(last - APART, last), options={"xtol": CLOSE, "maxiter": MOST_STEPS})
     return min(without, min(tried.values())[1], key=lambda one: one[0])
 
 

@@ -162,10 +162,10 @@ def exchange(state: State, evidence: Evidence, number: int, term: Term, tries: i
     state.replays += here.replays
     scores = rank(linear, fitted, judge=state.first)
     standing = Standing(judge=state.first, fitted=tuple(fitted), scores=scores, confounded=groups(scores, fitted, here.metric.edges))
-    before = next(i for i, one in enumerate(fitted, start=1) if same_pieces(one.setting, state.setting))
+    before = [i for i, one in enumerate(fitted, start=1) if same_pieces(one.setting, state.setting)]
     best = standing.confounded.order[0]
     winner = fitted[best - 1].setting
-    if not same_pieces(winner, own.setting) or not scores.clearly_ahead(best, before, np.log(max(tries, 1)) + NATS):
+    if not same_pieces(winner, own.setting) or not all(scores.clearly_ahead(best, i, np.log(max(tries, 1)) + NATS) for i in before):
         return False
     state.judge = Judge(linear, winner, floor=state.first.floor)
     state.pieces, state.rivals, state.standing = list(winner[len(state.always) :]), rivals, standing
