@@ -173,7 +173,7 @@ def trial(
     if truth["sort"] == "real":
         raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
     names = ("number", "sort", "machine", "strength", "beacon", "draw")
-    _, files, again = make_trial(Trial(**{name: truth[name] for name in names}))
+    _, files, again = make_trial(Trial(**{name: truth[name] for name in names}), truth)
     output.mkdir(parents=True)
     for name, content in files.items():
         (output / name).write_bytes(content)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rille.model import Effect
@@ -59,19 +59,21 @@ def misfits_of(model: Path) -> "Misfits":
     return misfits
 
 
-def make_room(drawn: "Drawn", folder: Path) -> "Made":
+def make_room(drawn: "Drawn", folder: Path, truth: "Mapping[str, Any] | None" = None) -> "Made":
     """Make a trial: its recordings, their manifests and the base model in a new folder, and nothing of the truth.
+
+    truth : what was concealed when it was made before; None: it is made for the first time.
 
     Raises
     ------
-    Unreachable : if this draw cannot be made as strong as wanted.
+    Unreachable : if this draw cannot be made as strong as wanted, or is not that of the truth.
     """
-    from rille.proof.making import make
+    from rille.proof.making import make, make_again
 
     folder.mkdir(parents=True, exist_ok=True)
     model = folder / MODEL
     write_model(drawn, model)
-    made = make(drawn, misfits_of(model))
+    made = make(drawn, misfits_of(model)) if truth is None else make_again(drawn, truth)
     for recording in made.recordings:
         write_recording(recording, folder, hides_noise=drawn.hides_noise)
     return made

@@ -124,37 +124,46 @@ class _Place:
 # --- made
 
 
-def make_trials(trials: "Sequence[Trial | RealTrial]") -> list[tuple[int, Files, Mapping[str, Any]]]:
-    """Of each trial its number, its files and its truth. Runs on any worker."""
+def make_trials(asked: "Sequence[tuple[Trial | RealTrial, Mapping[str, Any] | None]]") -> list[tuple[int, Files, Mapping[str, Any]]]:
+    """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker."""
     from rille.cli.prove_real import make_real_trial
 
-    return [make_real_trial(trial.number, trial.sheet) if isinstance(trial, RealTrial) else make_trial(trial) for trial in trials]
+    return [
+        make_real_trial(trial.number, trial.sheet) if isinstance(trial, RealTrial) else make_trial(trial, truth) for trial, truth in asked
+    ]
 
 
-def make_trial(trial: "Trial") -> tuple[int, dict[str, bytes], dict[str, Any]]:
-    """The files of a trial and its truth."""
+def make_trial(trial: "Trial", truth: Mapping[str, Any] | None = None) -> tuple[int, dict[str, bytes], dict[str, Any]]:
+    """The files of a trial and its truth. truth : of a trial that was made before: the draw and sizes that were found then."""
+    from rille.proof.making import MOST_DRAWS
+    from rille.proof.strength import Unreachable
+
+    if truth is not None:
+        return _made_once(replace(trial, draw=truth["draw"]), truth)
+    last = ""
+    for _ in range(MOST_DRAWS):
+        try:
+            return _made_once(trial, None)
+        except Unreachable as error:
+            last, trial = str(error), trial.again()
+    raise Unreachable(
+        f"trial {trial.number} ({trial.sort}, {trial.machine}, {trial.strength:g}): {MOST_DRAWS} draws could not be made; {last}"
+    )
+
+
+def _made_once(trial: "Trial", truth: Mapping[str, Any] | None) -> tuple[int, dict[str, bytes], dict[str, Any]]:
+    """One draw of a trial. Raises Unreachable."""
     import tempfile
 
     from rille import store
     from rille.cli.prove_making import make_room
     from rille.proof.generator.strange_laws import strange_kinds
-    from rille.proof.making import MOST_DRAWS
-    from rille.proof.strength import Unreachable
     from rille.proof.trials import Drawn
 
-    last = ""
-    for _ in range(MOST_DRAWS):
-        with tempfile.TemporaryDirectory(prefix="rille-making-") as place:
-            room = Path(place) / "room"
-            try:
-                made = make_room(Drawn(trial, store.effect_kinds(), strange_kinds()), room)
-            except Unreachable as error:
-                last, trial = str(error), trial.again()
-                continue
-            return trial.number, {file.name: file.read_bytes() for file in sorted(room.iterdir()) if file.is_file()}, made.truth
-    raise Unreachable(
-        f"trial {trial.number} ({trial.sort}, {trial.machine}, {trial.strength:g}): {MOST_DRAWS} draws could not be made; {last}"
-    )
+    with tempfile.TemporaryDirectory(prefix="rille-making-") as place:
+        room = Path(place) / "room"
+        made = make_room(Drawn(trial, store.effect_kinds(), strange_kinds()), room, truth)
+        return trial.number, {file.name: file.read_bytes() for file in sorted(room.iterdir()) if file.is_file()}, made.truth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,14 +187,14 @@ def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") ->
         part.write_text(json.dumps(truth), encoding="utf-8")
         part.rename(truths / f"{number:03d}.json")  # the last step: what has a truth is whole
 
-    waiting = [trial for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
+    waiting = [(trial, None) for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
     return place.each("made", make_trials, waiting, len(waiting), keep, _not_made)
 
 
-def _not_made(trial: "Trial | RealTrial", why: str) -> Any:
+def _not_made(asked: "tuple[Trial | RealTrial, Any]", why: str) -> Any:
     from rille.model import InputRefused
 
-    raise InputRefused(f"trial {trial.number} could not be made: {why}; the same command tries it again")
+    raise InputRefused(f"trial {asked[0].number} could not be made: {why}; the same command tries it again")
 
 
 def _furnish(room: Path, files: Files) -> None:
@@ -240,18 +249,21 @@ def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> N
 
 
 def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
-    """Rooms that are wanted and gone, made again. Ledger and vault are all that must be kept to go on: beacon or sheet make the rest, and
-    digests that were sealed show that it is the same.
+    """Rooms that are wanted and gone, made again. Ledger and vault are all that must be kept to go on: beacon, or sheet, and truths make
+    the rest, and digests that were sealed show that it is the same.
     """
     from rille import store
     from rille.model import InputRefused
     from rille.proof.seal import files_digest
+    from rille.proof.vault import read_vault
 
     ledger = store.read_ledger(folder / LEDGER)
     recordings = {trial.number: trial.recording for trial in ledger.trials}
     have = {answer.trial for answer in ledger.answers}
     rooms = {trial.number: folder / ROOMS / f"{trial.number:03d}" for trial in trials if trial.number not in have}
-    waiting = [trial for trial in trials if trial.number in rooms and not rooms[trial.number].exists()]
+    missing = [trial for trial in trials if trial.number in rooms and not rooms[trial.number].exists()]
+    truths = {truth.trial: json.loads(truth.text) for truth in read_vault(folder / VAULT, ledger.plan.root)} if missing else {}
+    waiting = [(trial, truths[trial.number]) for trial in missing]
 
     def keep(found: tuple[int, Files, Mapping[str, Any]]) -> None:
         number, files, _ = found

@@ -100,7 +100,27 @@ def make(drawn: Drawn, misfits: Misfits) -> Made:
     """
     first = next(scenario for scenario in drawn.scenarios if scenario.name == TRAINING[0])
     base = misfits([generate(drawn, first, [], rough=True)], ()) if drawn.hidden else {}
-    pieces = tuple(_sized(drawn, hidden, first, misfits, base) for hidden in drawn.hidden)
+    return _with_pieces(drawn, tuple(_sized(drawn, hidden, first, misfits, base) for hidden in drawn.hidden))
+
+
+def make_again(drawn: Drawn, truth: Mapping[str, Any]) -> Made:
+    """The recordings of a trial whose truth is known: at the sizes that were found when it was made first, so that none is looked for.
+
+    drawn : of the draw that the truth states.
+
+    Raises
+    ------
+    Unreachable : if this draw does not conceal what the truth says, or cannot be run: it was made by another version.
+    """
+    said = truth["pieces"]
+    if [(h.cause, h.kind, h.target) for h in drawn.hidden] != [(p["cause"], p["kind"], p["target"]) for p in said]:
+        raise Unreachable(f"the draw of trial {drawn.trial.number} does not conceal what its truth says")
+    sized = zip(drawn.hidden, said, strict=True)
+    return _with_pieces(drawn, tuple(Piece(hidden=h, size=p["size"], strength=p["strength"], channel=p["channel"]) for h, p in sized))
+
+
+def _with_pieces(drawn: Drawn, pieces: tuple[Piece, ...]) -> Made:
+    """All recordings of a trial with things concealed at their sizes."""
     concealed = [(piece.hidden, piece.size) for piece in pieces]
     try:
         recordings = tuple(generate(drawn, scenario, concealed) for scenario in drawn.scenarios)
