@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rille.diagnosis.answer.data_problems import data_problems, took_no_part
+from rille.diagnosis.answer.decide import decided
 from rille.diagnosis.answer.limits import limits
 from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
@@ -222,7 +223,7 @@ def _search(
     unknown = None
     if found.verdict in NAMING:
         instead = one_law_instead(evidence, found, machine, scales, channels, floor=floor)
-        found, unknown = instead if instead is not None else (found, None)
+        found, unknown = instead if instead is not None else (decided(simulators, parts, found, **like), None)
     after: Any = found.evidence
     if found.verdict == "unknown" and unknown is None:
         unknown = find_unknown(

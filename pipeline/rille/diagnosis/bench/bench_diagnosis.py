@@ -31,6 +31,10 @@ UNKNOWN = 0.3  # share of the excess left, beyond which the catalogue has no nam
 FOR_EACH = 3.0  # measured numbers per open number, below which a fit says nothing of what is missing
 PREDICTS = 2.0  # RMS [noise] of what was left out, up to which a soil explains the points
 FALSE_ALARM = "the comparison calls something different, but that may be chance: the noise is not known well, or the excess is small"
+SEVERAL = (
+    "several numbers of the soil together bend the curves as laws of slip or load do, none of them alone: plate and shear tests of this "
+    "soil would tell its numbers, and whether a law is left"
+)
 ONE_SLIP = 0.05  # range of slip ratios below which they were one
 
 
@@ -121,7 +125,13 @@ def diagnose_bench(
         groups = (Group(number=0, members=members, probability=ranked[0].probability, correlation=1.0, sentence=limit), *groups)
     if verdict == "parameter" and not terms:
         terms = soil_terms(found.best.whole, len(evidence.labels))
-        ranked, groups = (_soil_row(found, terms),), ()
+        row = _soil_row(found, terms)
+        ranked, groups = (row,), ()
+        if len(terms) > 1:
+            verdict, limit = "group", SEVERAL
+            ranked = (replace(row, probability=row.probability / 2),)
+            members = (row.title, "several laws of slip or load at once")
+            groups = (Group(number=0, members=members, probability=ranked[0].probability, correlation=1.0, sentence=limit),)
     foreign = [rig.soil.name for rig in rigs if not rig.own_soil]
     told = found.best.whole.setting if verdict != "cannot_know" else ()
     setting, notes = applied(plain(_moved(told)), _smooth(rigs), _needing(kinds), foreign)

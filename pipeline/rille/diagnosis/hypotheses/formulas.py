@@ -6,7 +6,7 @@ positive. ``stores``: a function of position alone, which gives back what it too
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal, cast
 
 from rille.diagnosis.hypotheses.natural import Natural
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
@@ -188,7 +188,7 @@ def sharper(setting: Setting, share: float) -> Setting:
     """Expressions whose signs change over this share of the speed that they do; themselves where none does."""
     found = []
     for term in setting:
-        constants = dict(term.hypothesis.words["constants"])
+        constants = dict(cast(Mapping[str, Any], term.hypothesis.words["constants"]))
         if "e" in constants:
             value, unit = constants["e"]
             words = {**term.hypothesis.words, "constants": {**constants, "e": [share * value, unit]}}

@@ -39,8 +39,8 @@ def groups(scores: Scores, fitted: Sequence[Fitted], edges: Whole) -> Confounded
 
     Two are of one group if the better is not ahead by the errors that count (twice as many if what they change correlates by more than
     ``ALIKE``). A law with numbers that vanish, or that a simpler one of the same target matches, stands behind the simpler one. A parameter
-    of the model stands before an effect that it ties with, if it has no more numbers. What is far-fetched stands behind all of its group,
-    and is of a group only if it is as good within ``TIED``.
+    of the model stands before an effect that predicts no better by more than ``TIED``, if it has no more numbers. What is far-fetched
+    stands behind all of its group, and is of a group only if it is as good within ``TIED``.
     """
     order = sorted(range(1, len(fitted) + 1), key=lambda i: -scores.gain[i])
     vanishing = {i: _vanishing(fitted[i - 1], estimates(fitted[i - 1], edges), float(scores.moved[i])) for i in order}
@@ -133,7 +133,8 @@ def _behind(scores: Scores, best: int, i: int) -> str:
 
 
 def _tied(scores: Scores, best: int, i: int) -> bool:
-    return bool(scores.ahead[best, i] <= max(scores.needed * scores.ahead_error[best, i], TIED))
+    """Whether the odds between two are small: which of a group stands first is a matter of likelihoods, not of their errors."""
+    return bool(scores.ahead[best, i] <= TIED)
 
 
 def _one_group(scores: Scores, best: int, i: int) -> bool:
