@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rille.diagnosis.inference.doubt import agreement, doubt, vague
+from rille.diagnosis.inference.doubt import doubt, vague
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.search import search
@@ -39,18 +39,6 @@ def test_a_law_that_only_acts_alike_is_doubted():
         "",
         None,
     )  # what the answer leaves open is no objection
-
-
-def test_what_windows_contradict_each_other_about_is_no_objection():
-    """As many nats from one window alone as from all alike: (sum)^2 / sum of squares is 1 there, the number of windows here."""
-    judge = under(named("quadratic", "left", coefficient=0.03), named("quadratic", "left", coefficient=0.03))
-    alike, alone = -judge.base, np.where(judge.evidence.window == 3, -judge.base, 0.0)
-    windows = judge.metric.n_windows
-    own = np.zeros((0, len(judge.base)), dtype=np.float32)
-    assert 0.8 * windows < agreement(judge, alike.astype(np.float32), own) <= windows
-    assert agreement(judge, alone.astype(np.float32), own) == pytest.approx(1.0)
-    shifted, level = (alone + 5.0).astype(np.float32), np.full((1, len(judge.base)), 2.0, dtype=np.float32)
-    assert agreement(judge, shifted, level) == pytest.approx(1.0, abs=0.1)  # what the answer's own numbers follow is no part of it
 
 
 @pytest.mark.parametrize("size", [0.1, 0.2])

@@ -2,8 +2,7 @@
 
 A law that is not in the catalogue is often followed closely by one that is, so closely that chi-squared as a whole shows nothing. But what
 it leaves has a shape, and some other hypothesis of the catalogue would take a part of that away. On top of the right answer the largest
-drop of chi-squared that any hypothesis of k numbers promises is that of chance: chi-squared of k degrees, the largest of all tries. A law
-acts alike in all windows; what one window asks for and the next one contradicts counts in proportion less (White 1980).
+drop of chi-squared that any hypothesis of k numbers promises is that of chance: chi-squared of k degrees, the largest of all tries.
 
 Where so little is left that it is near the noise, though surely more, and nothing explains it, the law is not quite that one either. Where
 far more is left other things are missing, too, as in every real machine: that says nothing of what was found.
@@ -15,10 +14,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from rille.diagnosis.inference.accept import SIGNIFICANT, differs
-from rille.diagnosis.inference.fit import fit_together
-from rille.diagnosis.inference.judge import Judge, Progress, Single
-from rille.diagnosis.inference.rank import standard_errors_that_count
-from rille.diagnosis.inference.screen import Signature, screen
+from rille.diagnosis.inference.judge import Judge, Progress
+from rille.diagnosis.inference.screen import screen
 from rille.model.diagnosis import NamedTerm
 from rille.model.hypothesis import Hypothesis, Term
 
@@ -44,34 +41,13 @@ def doubt(
         return (LEFT if sure < judge.excess < NEAR_NOISE * judge.floor * judge.degrees else ""), None
     others = [h for h in hypotheses if h.title not in known and all(n.search not in TOO_MANY for n in h.free)]
     screened = screen(judge.evidence, others, judge=judge, on_progress=on_progress)
+    against, by = "", None
     least = CHANCE / max(screened.tries, 1)
-    loud = [s for s in screened.signatures if not s.silent and _chance(s, s.drop, judge) < least]
-    if not loud:
-        return "", None
-    (answer,) = fit_together(judge, [[judge.on_top]])
-    against, by, counts = "", None, standard_errors_that_count(judge.metric.n_windows) ** 2
-    for s in loud:
-        chance = _chance(s, s.drop * min(1.0, agreement(judge, s.direction, answer.jacobian) / counts), judge)
-        if chance < least:
+    for s in screened.signatures:
+        chance = float(chi2.sf(s.drop / judge.floor, len(s.hypothesis.free)))
+        if not s.silent and chance < least:
             against, by, least = OTHER.format(other=s.hypothesis.title), s.hypothesis.at(s.values), chance
     return against, by
-
-
-def _chance(signature: Signature, drop: float, judge: Judge) -> float:
-    """Probability that noise alone gives such a drop of chi-squared to that hypothesis."""
-    return float(chi2.sf(drop / judge.floor, len(signature.hypothesis.free)))
-
-
-def agreement(judge: Judge, direction: Single, known: Single) -> float:
-    """How alike windows bear out a change of the residuals: (sum_w <r, d>_w)^2 / sum_w <r, d>_w^2, the square of a t-statistic whose error
-    is that of the windows. As many as there are windows if all say the same, 1 where one says it alone.
-
-    d is the part of ``direction`` (N,) that the answer's own numbers cannot follow. known (k, N) : change of the residuals by these.
-    """
-    own = known.astype(float)
-    rest = direction - np.linalg.pinv(own @ own.T, hermitian=True) @ (own @ direction) @ own if len(own) else direction
-    said = judge.per_window(judge.base * rest)
-    return float(np.sum(said) ** 2 / max(np.sum(said**2), 1e-300))
 
 
 def vague(terms: Sequence[NamedTerm]) -> str:
