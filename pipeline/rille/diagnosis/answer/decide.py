@@ -74,9 +74,12 @@ def _reordered(found: Found, members: Sequence[int], settings: Sequence[Setting]
     if first == 0:
         return found
     alike = found.verdict in ("named", "group") or all(term.term.hypothesis.cause == rows[0].cause for term in rows[first].terms)
-    note = DECIDED.format(first=rows[first].title, second=rows[0].title, nats=float(told[0] - told[first]))
-    verdict = found.verdict if alike else "group"
-    return replace(found, verdict=verdict, setting=settings[first], terms=rows[first].terms, notes=(*found.notes, note))
+    found = replace(found, verdict=found.verdict if alike else "group", setting=settings[first], terms=rows[first].terms)
+    nats = float(told[0] - told[first])
+    if nats < TIED:
+        return found  # the toss of a coin is not worth a word
+    note = DECIDED.format(first=rows[first].title, second=rows[0].title, nats=nats)
+    return replace(found, notes=(*found.notes, note))
 
 
 def _weights(rows: Sequence[RankedHypothesis], behind: Array) -> Array:
