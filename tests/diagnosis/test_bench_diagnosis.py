@@ -80,6 +80,21 @@ def test_a_wrong_soil_is_calibrated_and_no_law_is_named():
     assert moved["friction_angle"]["friction_angle"] == pytest.approx(LUNAR_SOIL.friction_angle, rel=0.03)
 
 
+def test_several_numbers_of_a_soil_may_stand_for_laws():
+    """Three numbers wrong at once, none of which explains the curves alone: they are found, but laws could bend the curves alike, so that it
+    is not said that no physics is missing.
+    """
+    soil = replace(OTHER_SOIL, shear_modulus=0.7 * LUNAR_SOIL.shear_modulus)
+    made = diagnosed(made_rig(soil=soil, known=False))
+    assert made.verdict == "group"
+    assert made.ranked[0].title.startswith("numbers of")
+    assert made.ranked[0].probability < 0.5
+    assert "laws" in made.groups[0].members[1]
+    assert made.sentence.startswith("Numbers of the model are wrong, or something that these recordings cannot tell from it")
+    moved = {term.hypothesis.kind: term.numbers for term in made.setting}
+    assert moved["friction_angle"]["friction_angle"] == pytest.approx(LUNAR_SOIL.friction_angle, rel=0.03)
+
+
 def test_a_law_is_named_on_top_of_a_wrong_soil():
     """Slip sinkage in a soil that the database has wrong: found beside the calibration, with its number (4 half intervals)."""
     rig = made_rig(planted=planted("slip_sinkage", slip_gain=0.2), soil=OTHER_SOIL, known=False, angles=(0.0,))

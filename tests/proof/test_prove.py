@@ -6,17 +6,19 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rille import store
 from rille.cli import prove_run
-from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, prove
+from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, make_trial, prove
 from rille.cli.prove_score import score_ledger
 from rille.model import InputRefused
 from rille.proof.seal import files_digest
-from rille.proof.trials import Extent
+from rille.proof.strength import Unreachable
+from rille.proof.trials import Extent, Trial
 
 RILLE = Path(sys.executable).parent / "rille"
 TWO = Extent(counts={"one": 1, "nothing": 1}, machines=("pendulum",))
@@ -118,6 +120,20 @@ def test_a_trial_can_be_made_again_to_look_at(proof, tmp_path):
     first = (proof / ROOMS / f"{number:03d}/training_1.toml").read_bytes()
     assert (folder / "training_1.toml").read_bytes() == first
     assert json.loads((folder / "truth.json").read_text())["pieces"] == []
+
+
+def test_what_was_made_before_is_made_again_without_a_search(proof, monkeypatch):
+    """Draw and size are read from the truth; a truth that the draw does not conceal is refused."""
+    held = store.read_ledger(proof / "ledger.db")
+    truth = next(json.loads(t.text) for t in held.truths if json.loads(t.text)["sort"] == "one")
+    trial = Trial(**{name: truth[name] for name in ("number", "sort", "machine", "strength", "beacon", "draw")})
+    monkeypatch.setattr("rille.proof.making.find_size", lambda *_: pytest.fail("a size was looked for"))
+    number, files, again = make_trial(replace(trial, draw=0), truth)
+    assert (number, again) == (truth["number"], truth)
+    room = proof / ROOMS / f"{number:03d}"
+    assert files == {name: (room / name).read_bytes() for name in files}
+    with pytest.raises(Unreachable, match="does not conceal"):
+        make_trial(trial, {**truth, "pieces": []})
 
 
 def test_rooms_that_are_gone_are_made_again(proof, tmp_path, monkeypatch):
