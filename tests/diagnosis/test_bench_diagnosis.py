@@ -81,8 +81,8 @@ def test_a_wrong_soil_is_calibrated_and_no_law_is_named():
 
 
 def test_several_numbers_of_a_soil_may_stand_for_laws():
-    """Three numbers wrong at once, none of which explains the curves alone: they are found, but laws could bend the curves alike, so that it
-    is not said that no physics is missing.
+    """Three numbers wrong at once, none of which explains the curves alone: they are found, but laws could bend the curves alike, so that
+    nothing is said of complete physics.
     """
     soil = replace(OTHER_SOIL, shear_modulus=0.7 * LUNAR_SOIL.shear_modulus)
     made = diagnosed(made_rig(soil=soil, known=False))
