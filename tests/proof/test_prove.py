@@ -18,7 +18,7 @@ from rille.cli.prove_score import score_ledger
 from rille.model import InputRefused
 from rille.proof.seal import files_digest
 from rille.proof.strength import Unreachable
-from rille.proof.trials import Extent, Trial
+from rille.proof.trials import Extent, Trial, plan
 
 RILLE = Path(sys.executable).parent / "rille"
 TWO = Extent(counts={"one": 1, "nothing": 1}, machines=("pendulum",))
@@ -154,6 +154,21 @@ def test_rooms_that_are_gone_are_made_again(proof, tmp_path, monkeypatch):
     assert [file.name for file in (tmp_path / ROOMS).iterdir()] == [room]
     assert files_digest(tmp_path / ROOMS / room) == next(t.recording for t in held.trials if t.number == held.answers[1].trial)
     assert len(store.read_ledger(tmp_path / "ledger.db").scores) == 2
+
+
+def test_making_goes_on_from_truths_alone(tmp_path):
+    """Stopped while it made trials, and the rooms lost: the truths that are there are not searched for again."""
+    nothing = Extent(counts={"nothing": 2}, machines=("pendulum",))
+    trials = plan("kept", nothing)
+    truths = tmp_path / TRUTHS
+    truths.mkdir()
+    kept = make_trial(replace(trials[0], draw=3))[2]  # another draw than would be made
+    (truths / "000.json").write_text(json.dumps(kept))
+    place = prove_run._Place(workers=1, scheduler=None, until=float("inf"))
+    assert prove_run._make(place, tmp_path, trials)
+    assert json.loads((truths / "000.json").read_text()) == kept
+    assert [json.loads((truths / f"{n:03d}.json").read_text())["draw"] for n in (0, 1)] == [3, 0]
+    assert {room.name for room in (tmp_path / ROOMS).iterdir()} == {"000", "001"}
 
 
 def test_a_folder_of_another_beacon_is_refused(proof):

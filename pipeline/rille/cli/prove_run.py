@@ -175,7 +175,9 @@ class RealTrial:
 
 
 def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
-    """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed."""
+    """Files of all trials into rooms; truths into files that only the owner reads, until they are sealed. Truths are all that must be kept
+    to go on: rooms that are gone are made again from them.
+    """
     truths = folder / TRUTHS
     truths.mkdir(mode=0o700, exist_ok=True)
 
@@ -187,7 +189,13 @@ def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") ->
         part.write_text(json.dumps(truth), encoding="utf-8")
         part.rename(truths / f"{number:03d}.json")  # the last step: what has a truth is whole
 
-    waiting = [(trial, None) for trial in trials if not (truths / f"{trial.number:03d}.json").exists()]
+    waiting: list[tuple[Trial | RealTrial, Mapping[str, Any] | None]] = []
+    for trial in trials:
+        known = truths / f"{trial.number:03d}.json"
+        if not known.exists():
+            waiting.append((trial, None))
+        elif not (folder / ROOMS / f"{trial.number:03d}").exists():
+            waiting.append((trial, json.loads(known.read_text(encoding="utf-8"))))
     return place.each("made", make_trials, waiting, len(waiting), keep, _not_made)
 
 
