@@ -38,7 +38,7 @@ def time_table(evidence: "ReplayEvidence") -> ResidualTable:
     scope = _scope(machine)
     inputs = _inputs(scope)
     metric = Metric(evidence.window, evidence.start_gain)
-    gain = np.concatenate([_gain(part, inputs, scope) for part in evidence.parts], axis=1)
+    gain = np.concatenate([_gain(_rough(part), inputs, scope) for part in evidence.parts], axis=1)
     features = [_features(part, machine, scope) for part in evidence.parts]
     fold = np.concatenate([np.arange(len(p.first)) * max(2, FOLDS // len(evidence.parts)) // len(p.first) for p in evidence.parts])
     return ResidualTable(
@@ -137,6 +137,11 @@ def _gain(part: "Part", inputs: Sequence[Input], scope: Scope) -> Array:
     for block, step in zip(blocks, _steps(part, [inputs[int(k)] for k in felt], trial[felt], nodes), strict=True):
         block[felt] = (step - np.concatenate([step[:, 1:], np.zeros_like(step[:, :1])], axis=1)) / trial[felt, None, None]
     return part.ordered(blocks).reshape(len(inputs) * nodes, -1)
+
+
+def _rough(part: "Part") -> "Part":
+    """Replayed with larger steps, if these do for derivatives."""
+    return part if part.rough is None else replace(part, simulator=part.rough)
 
 
 def _nodes(part: "Part") -> int:
