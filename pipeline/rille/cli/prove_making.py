@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rille.model import Effect
+    from rille.model.comparison import Comparison
     from rille.model.recording import Recording
     from rille.proof.making import Made, Misfits
     from rille.proof.subject import Subject
@@ -46,14 +47,14 @@ def misfits_of(model: Path) -> "Misfits":
     from rille.diagnosis.comparison.pooled import pool
     from rille.proof.making import Misfit
 
+    def in_windows(recording: "Recording", effects: "Sequence[Effect]") -> "Comparison":
+        simulator = simulate.Replayer(model, recording.name, threads=1).changed(effects)
+        rough = 2 * simulator.step if simulator.has_ground else None  # wheels take long to simulate, and starts are found as well
+        return diagnosis.compare_windows(simulator, recording, window=WINDOW, rough=rough)
+
     def misfits(recordings: "Sequence[Recording]", effects: "Sequence[Effect]") -> Mapping[str, Misfit]:
         assert not effects or all(one.kind == "time" for one in recordings)
-        compared = [
-            compare_points(model, one)
-            if one.kind == "points"
-            else diagnosis.compare_windows(simulate.Replayer(model, one.name, threads=1).changed(effects), one, window=WINDOW)
-            for one in recordings
-        ]
+        compared = [compare_points(model, one) if one.kind == "points" else in_windows(one, effects) for one in recordings]
         return {c.channel.name: Misfit(z=c.z, degrees=float(np.sum(c.degrees))) for c in pool(compared) if not c.left_out}
 
     return misfits

@@ -17,12 +17,13 @@ from rille.proof.hidden import Hidden
 from rille.proof.lookalikes import lookalikes
 from rille.proof.points import points_recording
 from rille.proof.sensors import readings, recording, sampling
-from rille.proof.strength import Unreachable, find_size
+from rille.proof.strength import UNSEEN, Measure, Unreachable, find_size
 from rille.proof.subject import near
 from rille.proof.trials import TRAINING, Drawn
 
 MOST_DRAWS = 12
 NEAREST = 2  # of the laws that may stand for one, that are looked at closely
+FARTHER = 6.0  # times the first size of a law, where that shows nothing
 APART = 0.3  # in logarithms: the first two sizes of another law that are tried
 CLOSE = 0.005  # relative, of that logarithm: so close to the size at which it explains most,
 MOST_STEPS = 8  # in as many steps
@@ -149,12 +150,8 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
         return lambda size: excess(beside(shown(one, size)), base)
 
     size, found, channel = find_size(strength(hidden), wanted, hidden.first, hidden.most, hidden.least)
-    others = []
-    for other in lookalikes(drawn.machine, hidden, drawn.kinds):
-        try:
-            others.append((other, find_size(strength(other), wanted, other.first, other.most)[0]))
-        except Unreachable:
-            continue
+    begun = [(other, _about_as_strong(strength(other), wanted, other)) for other in lookalikes(drawn.machine, hidden, drawn.kinds)]
+    others = [(other, begin) for other, begin in begun if begin > 0]
 
     def left_by(recording: Recording | None, other: Hidden, begin: float) -> tuple[float, str]:
         return least_left(lambda size: beside(recording, other.laws(size)), excess(beside(recording), base), base, begin, other.most)
@@ -172,6 +169,15 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
 
         size, found, channel = find_size(unexplained, wanted, size, hidden.most, hidden.least)
     return Piece(hidden=hidden, size=size, strength=found, channel=channel)
+
+
+def _about_as_strong(measure: Measure, wanted: float, one: Hidden) -> float:
+    """A size at which something is about as strong as wanted, in proportion to the first at which it shows; 0 if it shows nothing."""
+    for size in sorted({one.first, min(FARTHER * one.first, one.most), one.most}):
+        found, _ = measure(size)
+        if UNSEEN < found < np.inf:
+            return min(size * wanted / found, one.most)
+    return 0.0
 
 
 def excess(here: Mapping[str, Misfit] | None, base: Mapping[str, Misfit]) -> tuple[float, str]:
