@@ -5,10 +5,10 @@ import pytest
 
 from rille import store
 from rille.proof.generator.strange_laws import strange_kinds
-from rille.proof.hidden import hidden_effect
+from rille.proof.hidden import Hidden, hidden_effect
 from rille.proof.lookalikes import lookalikes
 from rille.proof.machines import MAKERS
-from rille.proof.making import Misfit, excess, least_left
+from rille.proof.making import Misfit, _about_as_strong, excess, least_left
 
 KINDS = {kind.name: kind for kind in store.effect_kinds()}
 N = 400
@@ -84,3 +84,12 @@ def test_a_law_that_ends_the_drive_early_explains_nothing():
     for ended in (short, None):
         found = least_left(lambda size, ended=ended: ended, excess(here, BASE), BASE, 0.3, MOST)
         assert found[0] == pytest.approx(3 / np.sqrt(2), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("slope", "size"), [(2.0, 1.0), (0.05, 10.0), (0.0, 0.0)], ids=["shows at once", "shows at its bound", "shows nothing"]
+)
+def test_a_law_begins_where_it_is_about_as_strong(slope, size):
+    """In proportion to the first size that shows: 0.3, 1.8, then the bound of 10."""
+    law = Hidden(cause="effect", kind="coulomb_friction", target="joint", direction={"torque": 1.0}, first=0.3, most=10.0)
+    assert _about_as_strong(lambda tried: (slope * tried, "speed"), 2.0, law) == pytest.approx(size)
