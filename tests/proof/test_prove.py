@@ -156,6 +156,21 @@ def test_rooms_that_are_gone_are_made_again(proof, tmp_path, monkeypatch):
     assert len(store.read_ledger(tmp_path / "ledger.db").scores) == 2
 
 
+def test_a_trial_of_another_catalogue_is_refused_in_a_sentence(proof, tmp_path):
+    """The draw of today does not conceal what the truth says: no traceback."""
+    path = tmp_path / "ledger.db"
+    shutil.copy(proof / "ledger.db", path)
+    number = next(t.trial for t in store.read_ledger(path).truths if json.loads(t.text)["sort"] == "one")
+    with closing(sqlite3.connect(path)) as connection:
+        for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+            connection.execute(f"DROP TRIGGER {name}")
+        connection.execute("UPDATE truth SET truth = json_set(truth, '$.pieces[0].kind', 'law_of_old') WHERE trial = ?", (number,))
+        connection.commit()
+    code, _, err = rille("prove", "trial", path, number, "-o", tmp_path / "t")
+    assert code == 3
+    assert "another state of rille made it" in err
+
+
 def test_making_goes_on_from_truths_alone(tmp_path):
     """Stopped while it made trials, and the rooms lost: the truths that are there are not searched for again."""
     nothing = Extent(counts={"nothing": 2}, machines=("pendulum",))

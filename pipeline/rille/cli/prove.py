@@ -161,6 +161,7 @@ def trial(
     from rille.cli.prove_run import make_trial
     from rille.model import InputRefused
     from rille.proof.seal import files_digest
+    from rille.proof.strength import Unreachable
     from rille.proof.trials import Trial
 
     held = store.read_ledger(ledger)
@@ -173,7 +174,10 @@ def trial(
     if truth["sort"] == "real":
         raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
     names = ("number", "sort", "machine", "strength", "beacon", "draw")
-    _, files, again = make_trial(Trial(**{name: truth[name] for name in names}), truth)
+    try:
+        _, files, again = make_trial(Trial(**{name: truth[name] for name in names}), truth)
+    except Unreachable as error:
+        raise InputRefused(f"{error}: another state of rille made it (version {held.plan.version}); check that one out") from None
     output.mkdir(parents=True)
     for name, content in files.items():
         (output / name).write_bytes(content)
