@@ -32,10 +32,10 @@ SCENARIO = Scenario(
 DAMPED = [Effect(kind="viscous_friction", target=f"hinge{k}", parameters={"coefficient": c}) for k, c in ((1, 0.03), (2, 0.01))]
 
 
-def hidden(formula, **constants):
+def hidden(formula, target="hinge2", **constants):
     pairs = {name: list(pair) for name, pair in constants.items()}
     words = {"formula": formula, "output": "joint.effort", "constants": pairs, "target_kind": "joint", "gain": 1.0}
-    return Effect(kind="expression", target="hinge2", parameters=words)
+    return Effect(kind="expression", target=target, parameters=words)
 
 
 def evidence(make_model, *effects):
@@ -71,6 +71,21 @@ def test_a_cubic_friction_is_found_at_its_joint(make_model):
     assert not moved
 
 
+def test_a_stop_within_the_range_is_found_where_it_begins(make_model):
+    """A spring of 0.1 N m/rad from 0.6 rad on, between the places that are tried. It is met in three windows of twelve, too few to be
+    proven on others. Tolerances are about two standard errors.
+    """
+    stop = hidden("-c*max(position-p,0)", "hinge1", c=(0.1, "N m/rad"), p=(0.6, "rad"))
+    found = find_unknown(*evidence(make_model, stop), targets=[("joint", "hinge1")], most=1, proven=False)
+    assert found is not None
+    assert found.numbers == 2
+    assert "where q > 0." in found.formula
+    (term,) = found.setting
+    constants = dict(term.hypothesis.words)["constants"]
+    assert constants["k1"][0] == pytest.approx(0.6, abs=0.02)
+    assert constants["c1"][0] / constants["a"][0] == pytest.approx(0.1, rel=0.05)
+
+
 def test_noise_is_no_formula(make_model):
     assert find_unknown(*evidence(make_model)) is None
 
@@ -88,10 +103,11 @@ def test_every_formula_has_its_dimension_and_runs(make_model, kind):
         base = simulate.Replayer(make_model(ROVER, SCENARIO, None, DAMPED))
         target = {"joint": "hinge2", "body": "link2"}[kind]
     machine = base.machine()
-    laws = laws_of(machine, natural(machine, ()), kind, target)
+    laws = laws_of(machine, replace(natural(machine, ()), ranges={"hinge2": (-0.5, 1.5)}), kind, target)
     assert len(laws) > 4
+    assert sum(law.place is not None for law in laws) == (8 if kind == "joint" else 0)
     for law in laws:
-        effects, _ = setting_effects(as_setting([law, laws[0]], [0.01 * law.size, 0.0]), {})
+        effects, _ = setting_effects(as_setting([law, laws[0], laws[-1]], [0.01 * law.size, 0.0, 0.0]), {})
         changed = base.changed(effects)
         state, ended = changed.advance(changed.rest(), 0.1)
         assert not ended

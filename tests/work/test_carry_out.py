@@ -12,7 +12,7 @@ import pytest
 from rille.model import MachineFailed
 from rille.model.study import lost_case
 from rille.study import design_cases
-from rille.work import LocalPool, carry_out
+from rille.work import LocalPool, carry_out, opened_pool
 from study.function_studies import Broken, Deadly, angles, plan
 
 
@@ -45,6 +45,24 @@ def test_a_case_that_kills_its_worker_is_a_row_and_only_that(tmp_path):
 def test_a_worker_that_cannot_work_ends_the_study():
     with pytest.raises(ImportError, match="no such module"):
         results(Broken(), count=4)
+
+
+def threads_of_algebra(items):
+    """For each item the variable that keeps linear algebra to one processor."""
+    return [os.environ.get("OPENBLAS_NUM_THREADS") for _ in items]
+
+
+def test_workers_leave_each_other_their_processors(monkeypatch):
+    """As many processes as processors, each with one thread for linear algebra; who sets another number gets it."""
+    for given, wanted in ((None, "1"), ("3", "3")):
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+        if given:
+            monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
+        kept = []
+        with opened_pool(threads_of_algebra, 1, None) as pool:
+            assert carry_out(pool, range(2), 2, kept.extend, lost=lost_case)
+        assert kept == [wanted, wanted]
+        assert os.environ.get("OPENBLAS_NUM_THREADS") == given
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,13 @@
-"""Processes that do not outlive the program that began them."""
+"""Processes that do not outlive the program that began them, and do not get into each other's way."""
 
 import ctypes
 import os
 import signal
 import sys
+from collections.abc import Mapping
 
+ONE_THREAD: Mapping[str, str] = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+"""Variables that keep linear algebra to one processor, where as many processes work as there are processors."""
 PARENT_DEATH_SIGNAL = 1  # of prctl(2)
 
 

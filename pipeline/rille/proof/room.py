@@ -24,6 +24,7 @@ from typing import IO, Literal
 
 from rille.model import InputRefused
 from rille.model.ledger import AnswerStatus
+from rille.model.process import ONE_THREAD
 from rille.proof import landlock
 from rille.proof.places import KERNEL, OUTWARD, SETTINGS, SYSTEM, python_folders
 
@@ -158,7 +159,7 @@ def _environment(private: Path) -> dict[str, str]:
         "LANG": "C.UTF-8",
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONNOUSERSITE": "1",
-        **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"),
+        **ONE_THREAD,
         **dict.fromkeys(own, str(private)),
     }
 

@@ -4,6 +4,7 @@ Each law has one number in front, the size of the force where its groups are 1. 
 positive. ``stores``: a function of position alone, which gives back what it took. Others are never proposed: a passive machine has none.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, cast
@@ -22,19 +23,40 @@ class Law:
     """One number times one function of the state.
 
     parts : (output, formula) with C for the number in front: one, or three for a vector. unit : of C. size : usual C.
-    scales : constants of the formula, name -> (value, unit). words : how a person writes it. loses : C must be positive.
+    scales : constants of the formula, name -> (value, unit). pattern : how a person writes it, {k} for the place. loses : C must be
+    positive.
     """
 
     target_kind: TargetKind
     target: str
-    words: str
+    pattern: str
     parts: tuple[tuple[str, str], ...]
     unit: str
     size: float
     scales: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     loses: bool = True
 
+    @property
+    def words(self) -> str:
+        """How a person writes it."""
+        return self.pattern if self.place is None else self.pattern.format(k=f"{self.place / self.scales['a'][0]:.3g}")
 
+    @property
+    def place(self) -> float | None:
+        """Position from which on it acts, a second number that is free; None if it acts everywhere."""
+        return self.scales[PLACE][0] if PLACE in self.scales else None
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers are free."""
+        return 1 if self.place is None else 2
+
+    def at(self, place: float) -> "Law":
+        """The same from another position on."""
+        return replace(self, scales={**self.scales, PLACE: (float(place), self.scales[PLACE][1])})
+
+
+PLACE = "k"
 JOINT_LAWS = (
     ("sign(v)", "tanh(velocity/(e*w))", True),
     ("sign(v) where v > 0", "max(tanh(velocity/(e*w)),0)", True),
@@ -56,6 +78,8 @@ JOINT_LAWS = (
     ("sin(2 q)", "sin(2*position/a)", False),
     ("cos(2 q)", "cos(2*position/a)", False),
 )
+BEYOND = (("q - {k} where q > {k}", "max(position-k,0)/a"), ("q - {k} where q < {k}", "min(position-k,0)/a"))
+PLACES = (0.2, 0.4, 0.6, 0.8)  # of the range that a joint was seen in, where a spring may begin
 SPEED = "sqrt(vx^2+vy^2+vz^2)"
 BODY_LAWS = (
     ("v", "v{k}/w", True),
@@ -84,7 +108,8 @@ def laws_of(machine: Machine, scales: Natural, target_kind: TargetKind, target: 
     here = scales.at(target_kind, target)
     if target_kind == "joint":
         joint = next((j for j in machine.joints if j.name == target and j.kind in ("hinge", "prismatic")), None)
-        return _joint_laws(target, joint.kind == "prismatic", here, any(d.joint == target for d in machine.drives)) if joint else ()
+        driven = any(d.joint == target for d in machine.drives)
+        return _joint_laws(target, joint.kind == "prismatic", here, driven, scales.ranges.get(target)) if joint else ()
     if target_kind == "body" and here:
         return _body_laws(target, here)
     if target_kind == "wheel" and machine.soft_ground and (target == "*" or any(w.name == target and w.soft for w in machine.wheels)):
@@ -92,7 +117,7 @@ def laws_of(machine: Machine, scales: Natural, target_kind: TargetKind, target: 
     return ()
 
 
-def _joint_laws(target: str, slides: bool, here: Mapping[str, float], driven: bool) -> tuple[Law, ...]:
+def _joint_laws(target: str, slides: bool, here: Mapping[str, float], driven: bool, seen: tuple[float, float] | None) -> tuple[Law, ...]:
     force, length = ("N", "m") if slides else ("N m", "rad")
     constants = {
         "w": (here["rad"] / here["s"], f"{length}/s"),
@@ -100,19 +125,24 @@ def _joint_laws(target: str, slides: bool, here: Mapping[str, float], driven: bo
         "f": (here["N"], force),
         "e": (GENTLE, "1"),
     }
-    return tuple(
-        Law(
+
+    def law(words: str, formula: str, loses: bool, place: float | None = None) -> Law:
+        own = constants if place is None else {**constants, PLACE: (place, length)}
+        return Law(
             target_kind="joint",
             target=target,
-            words=words,
+            pattern=words,
             parts=(("joint.effort", f"-C*{formula}"),),
             unit=force,
             size=here["N"],
-            scales={name: constants[name] for name in _names(formula, constants)},
+            scales={name: own[name] for name in _names(formula, own)},
             loses=loses,
         )
-        for words, formula, loses in JOINT_LAWS
-        if driven or "drive_effort" not in formula
+
+    places = [seen[0] + share * (seen[1] - seen[0]) for share in PLACES] if seen is not None else []
+    return (
+        *(law(words, formula, loses) for words, formula, loses in JOINT_LAWS if driven or "drive_effort" not in formula),
+        *(law(words, formula, False, place) for words, formula in BEYOND for place in places),
     )
 
 
@@ -122,7 +152,7 @@ def _body_laws(target: str, here: Mapping[str, float]) -> tuple[Law, ...]:
         Law(
             target_kind="body",
             target=target,
-            words=words,
+            pattern=words,
             parts=tuple((f"part.force_{k}", f"-C*{formula.replace('S', SPEED).format(k=k)}") for k in "xyz"),
             unit="N",
             size=here["N"],
@@ -139,7 +169,7 @@ def _wheel_laws(target: str, scales: Natural) -> tuple[Law, ...]:
         Law(
             target_kind="wheel",
             target=target,
-            words=words,
+            pattern=words,
             parts=((f"wheel.{output}", formula),),
             unit="1",
             size=1.0,
@@ -161,9 +191,11 @@ def as_setting(laws: Sequence[Law], numbers: Sequence[float]) -> Setting:
     outputs: dict[str, list[str]] = {}
     constants: dict[str, list[object]] = {}
     for k, (law, number) in enumerate(zip(laws, numbers, strict=True), start=1):
+        own = {PLACE: f"{PLACE}{k}"}  # scales are the same for all laws at a target, places are not
         constants[f"c{k}"] = [float(number), law.unit]
-        constants |= {name: [value, unit] for name, (value, unit) in law.scales.items()}
+        constants |= {own.get(name, name): [value, unit] for name, (value, unit) in law.scales.items()}
         for output, formula in law.parts:
+            formula = re.sub(rf"\b{PLACE}\b", own[PLACE], formula)
             outputs.setdefault(output, []).append(formula.replace("C", f"c{k}"))
     return tuple(
         Hypothesis(

@@ -29,6 +29,7 @@ REFERENCE: Mapping[str, Scales] = {
 }
 SMALL = 1e-12
 SMALLEST_MASS = 0.03  # share of the machine's mass
+MOST_SEEN = (0.02, 0.98)  # of the samples of a joint's position: between these it was seen
 MOTOR_SHARE = 0.03  # of a drive's largest effort that it usually needs
 
 
@@ -36,13 +37,15 @@ MOTOR_SHARE = 0.03  # of a drive's largest effort that it usually needs
 class Natural:
     """Natural scales of a machine.
 
-    joints, bodies, wheels : by name. track : (m, 3) [m] positions where it was, at ``track_time`` (m,) [s]. span : first and last time
-    [s] of the recordings. interval [s] : of the samples. speed [m/s] : of the machine.
+    joints, bodies, wheels : by name. ranges : joint -> positions [rad or m] between which most of its samples lie.
+    track : (m, 3) [m] positions where it was, at ``track_time`` (m,) [s]. span : first and last time [s] of the recordings. interval [s] :
+    of the samples. speed [m/s] : of the machine.
     """
 
     joints: Mapping[str, Scales] = field(default_factory=dict)
     bodies: Mapping[str, Scales] = field(default_factory=dict)
     wheels: Mapping[str, Scales] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     track: Array = field(default_factory=lambda: np.zeros((0, 3)))
     track_time: Array = field(default_factory=lambda: np.zeros(0))
     span: tuple[float, float] = (0.0, 60.0)
@@ -100,6 +103,7 @@ def natural(machine: Machine, channels: Sequence[Channel]) -> Natural:
         wheels={
             wheel.name: {"N": max(_load(machine), SMALL), "m": wheel.width, "s": wheel.width / max(speed, 1e-3)} for wheel in machine.wheels
         },
+        ranges={name: seen for name in joints if (seen := _range(channels, name)) is not None},
         track=track[:, 1:],
         track_time=track[:, 0],
         span=(min(float(t[0]) for t in clocks), max(float(t[-1]) for t in clocks)) if clocks else (0.0, 60.0),
@@ -127,6 +131,15 @@ def rates(time: Array, value: Array, over: float) -> Array:
 
 def _recorded(channels: Sequence[Channel], quantity: str, targets: Sequence[str]) -> list[Channel]:
     return [c for c in channels if c.quantity == quantity and c.target in targets and c.role != "ignore" and len(c.value) > 2]
+
+
+def _range(channels: Sequence[Channel], joint: str) -> tuple[float, float] | None:
+    """Positions of a joint between which most samples lie; None where none were recorded or it does not move."""
+    seen = [c for c in _recorded(channels, "joint.position", [joint]) if c.role == "observed" and _stands_out(c)]
+    if not seen:
+        return None
+    low, high = np.nanquantile(np.concatenate([c.value for c in seen]), MOST_SEEN)
+    return (float(low), float(high)) if high > low else None
 
 
 def _track(machine: Machine, channels: Sequence[Channel]) -> Array:

@@ -33,7 +33,8 @@ class Unknown:
     """A formula that behaves like what is missing.
 
     setting : its terms, kind ``expression``, for the solver. formula, sentence : in words. target_kind, target : where it acts.
-    explained [-] : share of what is beyond the noise that it takes away. gain, gain_error [nats] : on windows that it was not fitted to.
+    numbers : how many were free. explained [-] : share of what is beyond the noise that it takes away. gain, gain_error [nats] : on
+    windows that it was not fitted to.
     """
 
     setting: Setting
@@ -41,6 +42,7 @@ class Unknown:
     sentence: str
     target_kind: str
     target: str
+    numbers: int
     explained: float
     gain: float
     gain_error: float
@@ -62,6 +64,7 @@ def find_unknown(
     setting: Setting = (),
     targets: Sequence[tuple[TargetKind, str]] = (),
     most: int = 3,
+    proven: bool = True,
     on_progress: Progress = None,
 ) -> Unknown | None:
     """The formula at one target that explains held-out windows best.
@@ -69,11 +72,13 @@ def find_unknown(
     Parameters
     ----------
     setting : what is accepted already; the formula comes on top. targets : where to look, ("joint", name) ...; () all joints, the root
-        body and all wheels together. most : laws in the sum.
+        body and all wheels together. most : laws in the sum. proven : False: the first law need not predict windows that it was not fitted
+        to.
 
     Returns
     -------
-    None if no law is worth two standard errors, or all together explain less than a tenth of what is beyond the noise.
+    None if no law is worth two standard errors (where it is to be proven), or all together explain less than a tenth of what is beyond the
+    noise.
     """
     places = list(targets) or _everywhere(machine)
     metric = Metric(evidence.window, evidence.start_gain)
@@ -82,30 +87,31 @@ def find_unknown(
     for number, (kind, target) in enumerate(places):
         if on_progress:
             on_progress(number, len(places), f"formulas for {target}")
-        chosen = _at_target(evidence, metric, base, laws_of(machine, scales, kind, target), setting, most)
+        chosen = _at_target(evidence, metric, base, laws_of(machine, scales, kind, target), setting, most, proven)
         if chosen is not None and (best is None or chosen.gain > best.gain):
             best = chosen
     if best is None:
         return None
-    numbers, left = _refitted(evidence, metric, best, setting, best.numbers, float(base @ base))
+    fitted, left = _refitted(evidence, metric, best.laws, setting, best.numbers, float(base @ base))
     if left < float(base @ base):  # once more from starts that are fitted with it
-        better = evidence.relinearised((*setting, *as_setting(best.laws, numbers.tolist())))
+        better = evidence.relinearised((*setting, *fitted.setting))
         again = Metric(better.window, better.start_gain)
-        row = again.whitened(better.residuals([(*setting, *as_setting(best.laws, numbers.tolist()))]))[0]
-        numbers, left = _refitted(better, again, best, setting, numbers, float(row @ row) * (1 + 1e-9))
+        row = again.whitened(better.residuals([(*setting, *fitted.setting)]))[0]
+        fitted, left = _refitted(better, again, fitted.laws, setting, fitted.numbers, float(row @ row) * (1 + 1e-9))
     excess = float(base @ base) - float(np.sum(metric.degrees))
     explained = (float(base @ base) - left) / excess if excess > 0 else 0.0
     if explained < LEAST:
         return None
     law = best.laws[0]
-    formula = in_words(best.laws, numbers.tolist())
+    formula = in_words(fitted.laws, fitted.numbers.tolist())
     where = f"{'all' if law.target == '*' else 'the'} {law.target_kind}s" if law.target == "*" else f"{law.target_kind} '{law.target}'"
     return Unknown(
-        setting=as_setting(best.laws, numbers.tolist()),
+        setting=fitted.setting,
         formula=formula,
         sentence=f"unknown: behaves like {formula} at {where}; explains {100 * min(explained, 1.0):.0f} % of what is beyond the noise",
         target_kind=law.target_kind,
         target=law.target,
+        numbers=sum(one.numbers for one in best.laws),
         explained=min(explained, 1.0),
         gain=best.gain,
         gain_error=best.gain_error,
@@ -124,7 +130,9 @@ def _everywhere(machine: Machine) -> list[tuple[TargetKind, str]]:
     return places[:MOST_TARGETS]
 
 
-def _at_target(evidence: Evidence, metric: Metric, base: Array, laws: Sequence[Law], setting: Setting, most: int) -> _Chosen | None:
+def _at_target(
+    evidence: Evidence, metric: Metric, base: Array, laws: Sequence[Law], setting: Setting, most: int, proven: bool
+) -> _Chosen | None:
     """Forward selection among the laws of one target."""
     if not laws:
         return None
@@ -147,7 +155,7 @@ def _at_target(evidence: Evidence, metric: Metric, base: Array, laws: Sequence[L
         new = _held_out(grams, weighted, degrees, [*picked, best], lower)
         more = new - gain
         error = _error(more)
-        if not np.sum(more) > max(NEEDED * error, WORTH * np.sum(gain), 0.0):
+        if (proven or picked) and not np.sum(more) > max(NEEDED * error, WORTH * np.sum(gain), 0.0):
             break
         picked.append(best)
         gain = new
@@ -201,30 +209,52 @@ def _error(gains: Array) -> float:
     return float(np.std(gains) * np.sqrt(len(gains)))
 
 
-def _refitted(evidence: Evidence, metric: Metric, chosen: _Chosen, setting: Setting, guess: Array, before: float) -> tuple[Array, float]:
-    """Numbers after a few Gauss-Newton steps through the solver from ``guess``, and the sum of squares that they leave.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sum:
+    """Laws with their numbers."""
+
+    laws: tuple[Law, ...]
+    numbers: Array
+
+    @property
+    def setting(self) -> Setting:
+        return as_setting(self.laws, self.numbers.tolist())
+
+    def moved(self, step: Array) -> "_Sum":
+        """Numbers and then places further by ``step``."""
+        places = iter(step[len(self.numbers) :])
+        laws = tuple(law if law.place is None else law.at(law.place + float(next(places))) for law in self.laws)
+        return _Sum(laws=laws, numbers=self.numbers + step[: len(self.numbers)])
+
+
+def _refitted(
+    evidence: Evidence, metric: Metric, laws: tuple[Law, ...], setting: Setting, guess: Array, before: float
+) -> tuple[_Sum, float]:
+    """Numbers and places after a few Gauss-Newton steps through the solver from ``guess``, and the sum of squares that they leave.
 
     before : what is left without them; where the guess leaves no less, the numbers are 0.
     """
-    usual = np.array([law.size for law in chosen.laws])
-    lower = np.array([0.0 if law.loses else -np.inf for law in chosen.laws])
+    placed = [law for law in laws if law.place is not None]
+    usual = np.array([*(law.size for law in laws), *(law.scales["a"][0] for law in placed)])
+    lower = np.array([*(0.0 if law.loses else -np.inf for law in laws), *(-np.inf for _ in placed)])
 
-    def rows(several: Sequence[Array]) -> Array:
-        return metric.whitened(evidence.residuals([(*setting, *as_setting(chosen.laws, numbers.tolist())) for numbers in several]))
+    def rows(several: Sequence[_Sum]) -> Array:
+        return metric.whitened(evidence.residuals([(*setting, *one.setting) for one in several]))
 
-    numbers, left = np.zeros(len(usual)), before
-    step = guess
-    for _ in range(REFITS):
-        tried = [numbers + share * step for share in (1.0, 0.5, 0.2)]
+    best, left = _Sum(laws=laws, numbers=np.zeros(len(laws))), before
+    step = np.r_[guess, np.zeros(len(placed))]
+    for _ in range(REFITS * (1 + len(placed))):
+        tried = [best.moved(share * step) for share in (1.0, 0.5, 0.2)]
         sums = np.array([float(row @ row) if np.isfinite(row).all() else np.inf for row in rows(tried)])
         if not np.min(sums) < left:
             break
-        numbers, left = tried[int(np.argmin(sums))], float(np.min(sums))
-        small = np.where(np.abs(numbers) > 1e-3 * usual, 0.05 * numbers, 1e-2 * usual)
-        here = rows([numbers, *(numbers + small * (np.arange(len(numbers)) == k) for k in range(len(numbers)))])
+        best, left = tried[int(np.argmin(sums))], float(np.min(sums))
+        at = np.r_[best.numbers, np.zeros(len(placed))]
+        small = np.where(np.abs(at) > 1e-3 * usual, 0.05 * at, 1e-2 * usual)
+        here = rows([best, *(best.moved(small * (np.arange(len(at)) == k)) for k in range(len(at)))])
         if not np.isfinite(here).all():
             break
         slopes = (here[1:] - here[0]) / (small / usual)[:, None]  # by numbers in units of their usual sizes
-        bounds = (np.minimum(lower - numbers / usual, -1e-12), np.full(len(numbers), np.inf))
+        bounds = (np.minimum(lower - at / usual, -1e-12), np.full(len(at), np.inf))
         step = usual * lsq_linear(slopes.T, -here[0], bounds=bounds).x
-    return numbers, left
+    return best, left
