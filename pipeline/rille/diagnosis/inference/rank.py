@@ -4,7 +4,8 @@ Of each fold f the numbers that all other folds prefer follow from the quadratic
 delta_f = argmin of |w + J delta|^2 over the other folds within the bounds; the residual held out is w_f + J_f delta_f. Log-likelihoods are
 -chi2/(2 kappa) with the over-dispersion kappa of the best setting. A setting whose numbers rest on one fold or two alone (a push, a patch
 that is crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978), and has no credit at all where it leaves a gross
-misfit: a push that a wrong model asks for is no push.
+misfit: a push that a wrong model asks for is no push. Neither is one held out that changes the recordings as such a setting does: a law
+before a gear and the same law behind it are judged alike.
 
 Standard errors of a difference in log-likelihood: if a is right, its residual is noise, so the difference deviates from what is expected by
 e_w = <a, b - a>_w / kappa in window w. The error is the root of the sum of e_w^2, over windows or over stretches of them, whichever is
@@ -27,6 +28,7 @@ from rille.diagnosis.inference.folds import folds
 from rille.diagnosis.inference.judge import Judge
 from rille.model.hypothesis import Setting
 
+TWINS = 0.9995  # correlation of what two settings change, from which on they are judged alike
 RESTS_ON_ONE, RESTS_ON_TWO = 0.75, 0.95  # share of a number's information in one fold, or two, beyond which it cannot be held out
 GROSS = 10.0  # chi-squared per degree of a gross misfit
 ERRORS = 2.0  # standard errors of a difference that counts, with many windows
@@ -78,6 +80,8 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
     chi2 = np.array([judge.chi2] + [one.chi2 for one in fitted])
     for i, one in enumerate(fitted, start=1):
         stack[i], alone[i] = held_out(one, edges, fold)
+    for i in _twins(judge.base, fitted, alone):
+        stack[i], alone[i] = fitted[i - 1].residual, True
     best = int(np.argmin(chi2))
     degrees = fitted[best - 1].degrees if best else judge.degrees
     kappa = max(1.0, float(chi2[best]) / max(judge.floor * (degrees - sizes[best]), 1.0)) * judge.floor
@@ -147,6 +151,17 @@ def held_out(one: Fitted, edges: Whole, fold: Whole) -> tuple[Array, bool]:
             a, b = spans[w]
             residual[a:b] += shift[a:b]
     return residual, False
+
+
+def _twins(base: Array, fitted: Sequence[Fitted], alone: NDArray[np.bool_]) -> Whole:
+    """Entries that were held out, though they change the base's residuals as one does that cannot be."""
+    known = np.flatnonzero(alone)
+    others = np.setdiff1d(np.arange(1, len(fitted) + 1), known)
+    if not len(known) or not len(others):
+        return np.empty(0, dtype=np.int64)
+    change = np.array([one.residual - base for one in fitted], dtype=float)
+    change /= np.maximum(np.linalg.norm(change, axis=1), 1e-12)[:, None]
+    return others[np.max(change[others - 1] @ change[known - 1].T, axis=1) > TWINS]
 
 
 def standard_errors_that_count(n_windows: int) -> float:

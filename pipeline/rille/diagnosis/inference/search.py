@@ -142,7 +142,9 @@ def _look(
 
 
 def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
-    """The hypotheses that change the residuals most as a given one does: who could stand in its place, whatever they explain alone."""
+    """The hypotheses that change the residuals most as a given one does: who could stand in its place, whatever they explain alone. The
+    same law elsewhere comes first: before and behind a gear it does the same.
+    """
     own = next((s for s in screened.signatures if same(s.hypothesis, hypothesis)), None)
     if own is None or not np.any(own.direction):
         return []
@@ -151,8 +153,9 @@ def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
         size = float(np.linalg.norm(s.direction) * np.linalg.norm(own.direction))
         likeness = float(s.direction @ own.direction) / size if size > 0 and s is not own else 0.0
         if likeness > ALIKE or (likeness < -ALIKE and not s.one_sided):
-            found.append((abs(likeness), s))
-    return [s.hypothesis.at(s.values) for _, s in sorted(found, key=lambda one: -one[0])[:STAND_INS]]
+            elsewhere = (s.hypothesis.cause, s.hypothesis.kind) == (hypothesis.cause, hypothesis.kind)
+            found.append((elsewhere, abs(likeness), s))
+    return [s.hypothesis.at(s.values) for *_, s in sorted(found, key=lambda one: one[:2], reverse=True)[:STAND_INS]]
 
 
 def _second_chances(

@@ -23,6 +23,7 @@ RIVALS = 6  # of each accepted piece, that are fitted again
 OWN = 3  # rivals that get starts of their own
 WITHIN_REACH = 0.5  # of the drop of chi-squared of the best, for that
 TOGETHER = 8  # answers in which two pieces are swapped at once
+FACTORS = (1.0, 0.6, 1.6, 0.36, 2.6)  # of amplitudes, where the same law begins elsewhere
 ROUNDS = 4  # of taking starts anew and of changing one's mind
 
 
@@ -108,7 +109,7 @@ def settle(
         full = _alternatives(taken.setting, always, rivals)
         less = [taken.setting[:k] + taken.setting[k + 1 :] for k in range(always, len(taken.setting))]
         less = less if len(less) > 1 else []
-        fitted = fit_together(here, [[setting] for setting in (*full, *less)], on_progress=on_progress)
+        fitted = _fitted(here, [*full, *less], taken.setting, on_progress)
         state.replays += here.replays
         if bent:
             fitted = _under_own_starts(state, evidence, fitted, len(full))
@@ -179,6 +180,55 @@ def _taking_over(term: Term, piece: Term) -> list[Term]:
     own = {n.name: value for n, value in zip(term.hypothesis.free, term.values, strict=True)}
     like = [n for n in term.hypothesis.free if n.amplitude and n.unit in sizes]
     return [term, *(term.hypothesis.at({**own, n.name: min(max(own[n.name] + sizes[n.unit], n.lower), n.upper)}) for n in like)]
+
+
+def _fitted(judge: Judge, settings: Sequence[Setting], taken: Setting, on_progress: Progress | None) -> list[Fitted]:
+    """Settings at their best. One that has a law of ``taken`` at another target is begun where that says, too: before and behind a gear the
+    same law has other numbers, and from usual ones a fit may stop elsewhere.
+    """
+    moved = [i for i, setting in enumerate(settings) if _is_moved(setting, taken)]
+    anew = [[_in_proportion(settings[i], taken, factor) for factor in FACTORS] for i in moved]
+    fitted = fit_together(judge, [*([setting] for setting in settings), *anew], on_progress=on_progress)
+    found = fitted[: len(settings)]
+    for i, other in zip(moved, fitted[len(settings) :], strict=True):
+        (found[i],) = _best_of_each([found[i]], [other])
+    return found
+
+
+def _is_moved(setting: Setting, taken: Setting) -> bool:
+    """Whether a setting is ``taken`` with a law at another target."""
+    pairs = zip(setting, taken, strict=True) if len(setting) == len(taken) else ()
+    return any(_elsewhere(one.hypothesis, other.hypothesis) for one, other in pairs)
+
+
+def _elsewhere(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether one is the same law as another, at another target."""
+    same_law = (one.cause, one.kind, one.target_kind) == (other.cause, other.kind, other.target_kind)
+    return same_law and one.target != other.target and [n.name for n in one.free] == [n.name for n in other.free]
+
+
+def _in_proportion(setting: Setting, taken: Setting, factor: float) -> Setting:
+    """A setting with the numbers of ``taken`` for a law that is at another target there: in proportion to what is usual here, amplitudes
+    times ``factor``. Places, moments and phases stay.
+    """
+    return tuple(
+        _like(term, like, factor) if _elsewhere(term.hypothesis, like.hypothesis) else term
+        for term, like in zip(setting, taken, strict=True)
+    )
+
+
+def _like(term: Term, like: Term, factor: float) -> Term:
+    values = {}
+    numbers = zip(term.hypothesis.free, term.values, like.hypothesis.free, like.values, strict=True)
+    for here, own, there, value in numbers:
+        usual = (here.spread, there.spread) if here.amplitude else (here.start, there.start)
+        values[here.name] = own
+        if here.amplitude and min(usual) > 0:
+            values[here.name] = here.absent + factor * (value - there.absent) * usual[0] / usual[1]
+        elif here.search == "scale" and min(usual) > 0:
+            values[here.name] = value * usual[0] / usual[1]
+        values[here.name] = min(max(values[here.name], here.lower), here.upper)
+    return term.hypothesis.at(values)
 
 
 def _swapped_together(standing: Standing, taken: Setting, always: int) -> list[Setting]:
