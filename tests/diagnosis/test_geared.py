@@ -40,7 +40,7 @@ FRICTION = {"coulomb_torque": 0.05, "stiction_excess": 0.04, "stribeck_speed": 0
 
 
 def test_friction_before_and_behind_a_gear_is_a_group(make_model):
-    """Torques behind it are the ratio times those before it, within 1 %; speeds the ratio less, within 5 %, half of what their intervals are."""
+    """Torques behind it are the ratio times those before it, within 1 %; speeds the ratio less, within 5 %, less than their intervals."""
     base = simulate.Replayer(make_model(ARM, SCENARIO, None, []))
     true = make_model(ARM, SCENARIO, None, [Effect(kind="stribeck_friction", target="hinge1", parameters=FRICTION)])
     sensors = [
