@@ -23,6 +23,7 @@ RIVALS = 6  # of each accepted piece, that are fitted again
 OWN = 3  # rivals that get starts of their own
 WITHIN_REACH = 0.5  # of the drop of chi-squared of the best, for that
 TOGETHER = 8  # answers in which two pieces are swapped at once
+CLOSE = 15.0  # [nats] behind the best, within which one that is not told from it gets starts of its own
 FACTORS = (1.0, 0.6, 1.6, 0.36, 2.6)  # of amplitudes, where the same law begins elsewhere
 ROUNDS = 4  # of taking starts anew and of changing one's mind
 
@@ -135,6 +136,8 @@ def settle(
         return False
     if same_pieces(taken.setting, state.setting) or not state.accepts(taken, None, tries):
         return False
+    if not bent:
+        taken, linear, standing = _among_the_close(state, evidence, taken, linear, standing)
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
     both = _swapped_together(standing, taken.setting, always)
@@ -266,6 +269,27 @@ def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], co
     for i in (*reach, *range(count, len(fitted))):
         (found[i],) = _best_of_each([fitted[i]], [own_fit(evidence, fitted[i].setting, state)[0]])
     return found
+
+
+def _among_the_close(
+    state: State, evidence: Evidence, taken: Fitted, linear: Evidence, standing: Standing
+) -> tuple[Fitted, Evidence, Standing]:
+    """The answer, the evidence under its starts, and its alternatives, once those that are not told from it and close behind have starts
+    of their own, too: what does the very same (a tilt, and a sensor that is off by as much) would else be behind by what starts are worth.
+    One that comes out ahead takes its place.
+    """
+    scores, confounded = standing.scores, standing.confounded
+    best = confounded.order[0]
+    close = [i for i in confounded.order[1:] if confounded.number[i] == confounded.number[best] and scores.ahead[best, i] < CLOSE][:OWN]
+    own = {i: own_fit(evidence, standing.fitted[i - 1].setting, state) for i in close}
+    better = {i: (fitted, under) for i, (fitted, under) in own.items() if fitted.chi2 < standing.fitted[i - 1].chi2}
+    if not better:
+        return taken, linear, standing
+    kept = [better[i][0] if i in better else one for i, one in enumerate(standing.fitted, start=1)]
+    scores = rank(linear, kept, judge=state.first)
+    standing = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, state.first.metric.edges))
+    first = standing.confounded.order[0]
+    return (*better[first], standing) if first in better else (kept[first - 1], linear, standing)
 
 
 def _best_of_each(some: Sequence[Fitted], others: Sequence[Fitted]) -> list[Fitted]:
