@@ -90,7 +90,7 @@ def settle(
 
     evidence : under the starts of the base. rivals : of each piece of ``taken``. under : the evidence that ``taken`` was fitted to.
     """
-    always, standing, linear = len(state.always), None, under
+    always, standing, linear, bent = len(state.always), None, under, False
     for _ in range(ROUNDS):
         if on_progress is not None:
             on_progress("fitting the starts of windows again", 0.0)
