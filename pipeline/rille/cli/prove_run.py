@@ -123,6 +123,8 @@ class _Place:
 
 # --- made
 
+OF_A_READER = ("-shm", "-wal")  # ends of files that SQLite keeps beside a database that is open: nothing of the trial is in them
+
 
 def make_trials(asked: "Sequence[tuple[Trial | RealTrial, Mapping[str, Any] | None]]") -> list[tuple[int, Files, Mapping[str, Any]]]:
     """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker."""
@@ -163,7 +165,8 @@ def _made_once(trial: "Trial", truth: Mapping[str, Any] | None) -> tuple[int, di
     with tempfile.TemporaryDirectory(prefix="rille-making-") as place:
         room = Path(place) / "room"
         made = make_room(Drawn(trial, store.effect_kinds(), strange_kinds()), room, truth)
-        return trial.number, {file.name: file.read_bytes() for file in sorted(room.iterdir()) if file.is_file()}, made.truth
+        files = {file.name: file.read_bytes() for file in sorted(room.iterdir()) if not file.name.endswith(OF_A_READER)}
+        return trial.number, files, made.truth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
