@@ -21,10 +21,10 @@ KINDS = store.effect_kinds()
 ONLY = ("coulomb_friction", "torque_ripple")
 
 
-def answered(make_model, *effects, only=ONLY):
-    """Evidence, the machine, its scales, and what a search among a few laws finds."""
+def answered(make_model, *effects):
+    """Evidence, the machine, its scales, and what a search among dry friction and ripple finds."""
     seen, machine, scales = evidence(make_model, *effects)
-    found = search(seen, of_kind(candidates(machine, (), KINDS), only=only), kinds={kind.name: kind for kind in KINDS})
+    found = search(seen, of_kind(candidates(machine, (), KINDS), only=ONLY), kinds={kind.name: kind for kind in KINDS})
     return seen, machine, scales, found
 
 

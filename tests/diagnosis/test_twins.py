@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from machines import box, chain
-from recorded import record
+from recorded import commanded, record
 from rille import simulate, store
 from rille.diagnosis.evidence.replay_evidence import gather
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind
@@ -39,11 +39,11 @@ SCENARIO = Scenario(
 FRICTION = {"coulomb_torque": 0.05, "stiction_excess": 0.04, "stribeck_speed": 0.1}
 
 
-def found_in(make_model, rover, scenario, effect, sensors, only, command=None):
+def found_in(make_model, rover, scenario, effect, sensors, only):
     """What a search among a few laws finds in 8 s at 50 Hz."""
     base = simulate.Replayer(make_model(rover, scenario, None, []))
     recording = record(make_model(rover, scenario, None, [effect]), sensors, duration=8, rate=50, seed=1)
-    recording = replace(recording, scenario="s", channels=(*recording.channels, *([command] if command else [])))
+    recording = commanded(replace(recording, scenario="s"), scenario)
     kinds = store.effect_kinds()
     tried = of_kind(candidates(base.machine(), recording.channels, kinds), only=only)
     return search(gather({"s": base}, [recording]), tried, kinds={kind.name: kind for kind in kinds})
@@ -57,8 +57,7 @@ def test_friction_before_and_behind_a_gear(make_model):
     """Torques behind it are the ratio times those before it, within 1 %; speeds the ratio less, within 5 %, less than their intervals."""
     friction = Effect(kind="stribeck_friction", target="hinge1", parameters=FRICTION)
     sensors = [sensor("hinge1", "position", "rad", 1e-3), sensor("motor", "velocity", "rad/s", 0.05)]
-    command = Channel(name="tau", quantity="joint.effort", target="motor", unit="N m", role="command", time=TIMES, value=TORQUES)
-    found = found_in(make_model, ARM, SCENARIO, friction, sensors, ("stribeck_friction", "coulomb_friction"), command)
+    found = found_in(make_model, ARM, SCENARIO, friction, sensors, ("stribeck_friction", "coulomb_friction"))
     assert found.verdict == "group"
     members = {row.title: row for row in found.ranked if row.group == 0}
     behind, before = (members[f"stribeck_friction of {joint}"] for joint in ("hinge1", "motor"))

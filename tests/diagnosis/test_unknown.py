@@ -7,7 +7,7 @@ import pytest
 
 from machines import cart, chain, plane
 from made_machines import machine_of
-from recorded import record
+from recorded import commanded, record
 from rille import simulate, store
 from rille.diagnosis.evidence.applied import setting_effects
 from rille.diagnosis.evidence.replay_evidence import gather
@@ -48,8 +48,7 @@ def evidence(make_model, *effects):
         for word, unit, noise in (("position", "rad", 1e-3), ("velocity", "rad/s", 1e-2))
     ]
     recording = record(true, sensors, duration=6, rate=50, seed=1)
-    command = Channel(name="tau", quantity="joint.effort", target="m", unit="N m", role="command", time=TIMES, value=TORQUES)
-    recording = replace(recording, scenario="s", channels=(*recording.channels, command))
+    recording = commanded(replace(recording, scenario="s"), SCENARIO)
     machine = base.machine()
     return gather({"s": base}, [recording]), machine, natural(machine, recording.channels)
 

@@ -133,7 +133,9 @@ def _write_report(report: Path, recordings: "Sequence[Recording]", source: Path,
 def _forget(output: Path, empty: bool) -> None:
     """Remove a database that this import made for nothing."""
     if empty:
-        for file in (output, *(output.with_name(output.name + end) for end in ("-wal", "-shm"))):
+        from rille import store
+
+        for file in (output, *store.beside(output)):
             file.unlink(missing_ok=True)
 
 

@@ -123,8 +123,6 @@ class _Place:
 
 # --- made
 
-OF_A_READER = ("-shm", "-wal")  # ends of files that SQLite keeps beside a database that is open: nothing of the trial is in them
-
 
 def make_trials(asked: "Sequence[tuple[Trial | RealTrial, Mapping[str, Any] | None]]") -> list[tuple[int, Files, Mapping[str, Any]]]:
     """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker."""
@@ -158,14 +156,15 @@ def _made_once(trial: "Trial", truth: Mapping[str, Any] | None) -> tuple[int, di
     import tempfile
 
     from rille import store
-    from rille.cli.prove_making import make_room
+    from rille.cli.prove_making import MODEL, make_room
     from rille.proof.generator.strange_laws import strange_kinds
     from rille.proof.trials import Drawn
 
     with tempfile.TemporaryDirectory(prefix="rille-making-") as place:
         room = Path(place) / "room"
         made = make_room(Drawn(trial, store.effect_kinds(), strange_kinds()), room, truth)
-        files = {file.name: file.read_bytes() for file in sorted(room.iterdir()) if not file.name.endswith(OF_A_READER)}
+        passing = store.beside(room / MODEL)  # it was read, and nothing is in them
+        files = {file.name: file.read_bytes() for file in sorted(room.iterdir()) if file not in passing}
         return trial.number, files, made.truth
 
 

@@ -1,11 +1,12 @@
 """The ground of a study's cases: the scene with other numbers, evaluated and put under the model."""
 
-import os
 import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from rille.model.process import environment
 
 if TYPE_CHECKING:
     from rille.model import Scenario
@@ -105,15 +106,6 @@ def put_under(database: Path, model: Path, text: str, scenario: "Scenario") -> N
     store.write_scenario(database, scenario)
 
 
-@contextmanager
-def _own_cache(folder: Path) -> Iterator[None]:
+def _own_cache(folder: Path) -> AbstractContextManager[None]:
     """Evaluated ground goes into this folder meanwhile: a thousand variants have no place among what a user keeps."""
-    before = os.environ.get("RILLE_CACHE")
-    os.environ["RILLE_CACHE"] = str(folder)
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["RILLE_CACHE"]
-        else:
-            os.environ["RILLE_CACHE"] = before
+    return environment({"RILLE_CACHE": str(folder)})

@@ -4,7 +4,8 @@ import ctypes
 import os
 import signal
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 ONE_THREAD: Mapping[str, str] = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 """Variables that keep linear algebra to one processor, where as many processes work as there are processors."""
@@ -20,3 +21,18 @@ def end_with_parent(how: signal.Signals = signal.SIGTERM, parent: int | None = N
         ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, how, 0, 0, 0)
         if parent is not None and os.getppid() != parent:
             os.kill(os.getpid(), how)
+
+
+@contextmanager
+def environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Environment variables have these values meanwhile, for this process and those that it starts."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,7 +1,7 @@
 """The database: the only Python of rille that speaks SQL. See ``schema/README.md`` for the contract."""
 
 from rille.store.bench import write_bench
-from rille.store.database import create, held_open, migrate, schema_version
+from rille.store.database import beside, create, held_open, migrate, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.findings import find_finding, read_findings, write_finding
 from rille.store.health import check, info, units
@@ -47,6 +47,7 @@ __all__ = [
     "add_effect",
     "add_part",
     "add_results",
+    "beside",
     "check",
     "check_effect",
     "copy_model",

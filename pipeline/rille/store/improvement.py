@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rille.model import Effect, InputRefused, Soil, SourceFile
 from rille.model.finding import RowChange
-from rille.store.database import reading, writing
+from rille.store.database import beside, reading, writing
 from rille.store.effects import find_effect_kind, insert_effect
 from rille.store.health import units
 from rille.store.parameter_places import Place, Places, unit_of
@@ -136,8 +136,8 @@ def improve(
 
 
 def _remove(path: Path) -> None:
-    for suffix in ("", "-wal", "-shm"):
-        path.with_name(path.name + suffix).unlink(missing_ok=True)
+    for file in (path, *beside(path)):
+        file.unlink(missing_ok=True)
 
 
 def _digest(path: Path) -> str:

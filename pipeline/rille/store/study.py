@@ -21,13 +21,12 @@ from numpy.typing import NDArray
 
 from rille.model import InputRefused
 from rille.model.study import Case, CaseResult, Factor, Measure, StudyPlan, StudyTable, TracedChannel
-from rille.store.database import insert, require_kind, schema_folder, transaction
+from rille.store.database import beside, insert, require_kind, schema_folder, transaction
 
 STUDY_ID = 1380537172  # "RIST"
 STUDY_VERSION = 1
 BUSY = 10.0  # [s] that a writer waits for another
 AGAIN = ("refused", "error", "worker_died")  # ends that may be the machine's fault rather than the case's
-BESIDE = ("-wal", "-shm", "-journal")  # what SQLite keeps beside a file that is open, or that a killed program left
 PLANNED = ("study", "factor", "measure", "traced_channel", "case")  # tables that are checked whenever a study is read
 
 
@@ -39,7 +38,7 @@ def create_study(path: Path, plan: StudyPlan, cases: Sequence[Case]) -> None:
     InputRefused : if the file exists or cannot be written, or a value breaks a rule of the schema.
     """
     path = Path(path)
-    for left in _beside(path):
+    for left in beside(path):
         if left.exists() and not path.exists():  # SQLite would take it for a part of the new study
             raise InputRefused(f"'{left}' is left of a study that is gone; remove it, or choose another name than '{path}'")
     try:
@@ -78,12 +77,8 @@ def remove_study(path: Path) -> None:
         header = file.read(72)
         if not header.startswith(b"SQLite format 3\x00") or int.from_bytes(header[68:72], "big") != STUDY_ID:
             raise InputRefused(f"'{path}' is no study, so it is not deleted; name another file")
-        for each in (*_beside(Path(path)), Path(path)):  # the study last: what is beside it must not outlive it
+        for each in (*beside(Path(path)), Path(path)):  # the study last: what is beside it must not outlive it
             each.unlink(missing_ok=True)
-
-
-def _beside(path: Path) -> list[Path]:
-    return [path.with_name(path.name + ending) for ending in BESIDE]
 
 
 def _write_plan(connection: sqlite3.Connection, plan: StudyPlan) -> None:
@@ -333,4 +328,4 @@ def _mode(path: Path) -> str:
     """How SQLite may open a file. Where it must not write, it reads a log that is there, and needs to be told if there is none."""
     if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK):
         return "mode=rw"
-    return "mode=ro" if any(each.exists() for each in _beside(path)) else "mode=ro&immutable=1"
+    return "mode=ro" if any(each.exists() for each in beside(path)) else "mode=ro&immutable=1"

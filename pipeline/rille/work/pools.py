@@ -5,7 +5,7 @@ import os
 import pickle
 import signal
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import Any, Generic, TypeVar
 
 from rille.model import InputRefused
-from rille.model.process import ONE_THREAD, end_with_parent
+from rille.model.process import ONE_THREAD, end_with_parent, environment
 from rille.work.cluster import connected
 from rille.work.scratch import Scratch
 
@@ -144,7 +144,7 @@ def opened_pool(
     InputRefused : if there is no cluster.
     """
     if scheduler is None:
-        with _handed_on(ONE_THREAD):
+        with environment({name: os.environ.get(name, value) for name, value in ONE_THREAD.items()}):  # who sets another number gets it
             pool = LocalPool(work, workers)
             try:
                 yield pool
@@ -153,15 +153,3 @@ def opened_pool(
         return
     with connected(scheduler) as client:
         yield ClusterPool(client, work)
-
-
-@contextmanager
-def _handed_on(variables: Mapping[str, str]) -> Iterator[None]:
-    """Variables for the processes that are started meanwhile; those that are set already stay. This process has read its own."""
-    new = {name: value for name, value in variables.items() if name not in os.environ}
-    os.environ.update(new)
-    try:
-        yield
-    finally:
-        for name in new:
-            os.environ.pop(name, None)

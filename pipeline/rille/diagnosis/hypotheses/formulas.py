@@ -4,7 +4,6 @@ Each law has one number in front, the size of the force where its groups are 1. 
 positive. ``stores``: a function of position alone, which gives back what it took. Others are never proposed: a passive machine has none.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, cast
@@ -22,7 +21,7 @@ TRIAL = 0.1  # share of the usual force
 class Law:
     """One number times one function of the state.
 
-    parts : (output, formula) with C for the number in front: one, or three for a vector. unit : of C. size : usual C.
+    parts : (output, formula) with C for the number in front, K for the place: one, or three for a vector. unit : of C. size : usual C.
     scales : constants of the formula, name -> (value, unit). pattern : how a person writes it, {k} for the place. loses : C must be
     positive.
     """
@@ -56,7 +55,7 @@ class Law:
         return replace(self, scales={**self.scales, PLACE: (float(place), self.scales[PLACE][1])})
 
 
-PLACE = "k"
+PLACE = "K"
 JOINT_LAWS = (
     ("sign(v)", "tanh(velocity/(e*w))", True),
     ("sign(v) where v > 0", "max(tanh(velocity/(e*w)),0)", True),
@@ -78,7 +77,7 @@ JOINT_LAWS = (
     ("sin(2 q)", "sin(2*position/a)", False),
     ("cos(2 q)", "cos(2*position/a)", False),
 )
-BEYOND = (("q - {k} where q > {k}", "max(position-k,0)/a"), ("q - {k} where q < {k}", "min(position-k,0)/a"))
+BEYOND = (("q - {k} where q > {k}", "max(position-K,0)/a"), ("q - {k} where q < {k}", "min(position-K,0)/a"))
 PLACES = (0.2, 0.4, 0.6, 0.8)  # of the range that a joint was seen in, where a spring may begin
 SPEED = "sqrt(vx^2+vy^2+vz^2)"
 BODY_LAWS = (
@@ -191,12 +190,11 @@ def as_setting(laws: Sequence[Law], numbers: Sequence[float]) -> Setting:
     outputs: dict[str, list[str]] = {}
     constants: dict[str, list[object]] = {}
     for k, (law, number) in enumerate(zip(laws, numbers, strict=True), start=1):
-        own = {PLACE: f"{PLACE}{k}"}  # scales are the same for all laws at a target, places are not
+        place = f"k{k}"  # scales are the same for all laws at a target, places are not
         constants[f"c{k}"] = [float(number), law.unit]
-        constants |= {own.get(name, name): [value, unit] for name, (value, unit) in law.scales.items()}
+        constants |= {place if name == PLACE else name: [value, unit] for name, (value, unit) in law.scales.items()}
         for output, formula in law.parts:
-            formula = re.sub(rf"\b{PLACE}\b", own[PLACE], formula)
-            outputs.setdefault(output, []).append(formula.replace("C", f"c{k}"))
+            outputs.setdefault(output, []).append(formula.replace("C", f"c{k}").replace(PLACE, place))
     return tuple(
         Hypothesis(
             cause="effect",

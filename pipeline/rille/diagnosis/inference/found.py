@@ -7,10 +7,10 @@ import numpy as np
 
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.inference.accept import noise_of
-from rille.diagnosis.inference.confound import Confounded, described, title_of, why_it_loses
+from rille.diagnosis.inference.confound import Confounded, described, groups, title_of, why_it_loses
 from rille.diagnosis.inference.fit import Fitted, estimates
 from rille.diagnosis.inference.judge import Judge
-from rille.diagnosis.inference.rank import Scores
+from rille.diagnosis.inference.rank import TWINS, Scores, rank
 from rille.diagnosis.inference.weights import probabilities
 from rille.model.diagnosis import NAN, Estimate, Group, NamedTerm, RankedHypothesis, Verdict
 from rille.model.effect import EffectKind
@@ -19,7 +19,6 @@ from rille.model.hypothesis import Setting
 UNKNOWN = 0.3  # share of the excess left by one piece, beyond which the catalogue has no name for the rest
 EACH_MORE = 0.5  # factor on that for each further piece: several pieces fit anything better
 FETCHED = 0.3  # factor on that for what is far-fetched
-THE_SAME = 0.9995  # correlation of what a number and a law change, beyond which they are two words for one thing
 MOST_MEMBERS = 8  # kinds of one group, beyond which nothing could be told
 
 
@@ -58,6 +57,12 @@ class Standing:
     fitted: tuple[Fitted, ...]
     scores: Scores
     confounded: Confounded
+
+
+def stand(judge: Judge, evidence: Evidence, fitted: Sequence[Fitted]) -> Standing:
+    """Fitted alternatives among each other. judge : of the base. evidence : in the same windows, whatever its starts."""
+    scores = rank(evidence, fitted, judge=judge)
+    return Standing(judge=judge, fitted=tuple(fitted), scores=scores, confounded=groups(scores, fitted, judge.metric.edges))
 
 
 def leftover_share(before: Judge, after: Judge) -> float:
@@ -138,7 +143,7 @@ def with_doubt(found: Found, none: float) -> Found:
 def _is_a_number_by_another_name(standing: Standing, best: int, i: int) -> bool:
     """Whether the best only changes numbers of the model, and i is a law that does the very same: no physics need be missing then."""
     one, other = ({t.hypothesis.cause for t in standing.fitted[k - 1].setting if t not in standing.judge.on_top} for k in (best, i))
-    return one == {"parameter"} and "effect" in other and abs(float(standing.scores.likeness[best, i])) > THE_SAME
+    return one == {"parameter"} and "effect" in other and abs(float(standing.scores.likeness[best, i])) > TWINS
 
 
 def verdict_of(standing: Standing, accepted: Setting, leftover: float) -> Verdict:

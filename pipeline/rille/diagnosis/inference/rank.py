@@ -28,7 +28,7 @@ from rille.diagnosis.inference.folds import folds
 from rille.diagnosis.inference.judge import Judge
 from rille.model.hypothesis import Setting
 
-TWINS = 0.9995  # correlation of what two settings change, from which on they are judged alike
+TWINS = 0.9995  # correlation of what two settings change, beyond which they are two words for one thing
 RESTS_ON_ONE, RESTS_ON_TWO = 0.75, 0.95  # share of a number's information in one fold, or two, beyond which it cannot be held out
 GROSS = 10.0  # chi-squared per degree of a gross misfit
 ERRORS = 2.0  # standard errors of a difference that counts, with many windows

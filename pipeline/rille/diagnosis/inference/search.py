@@ -13,17 +13,16 @@ import numpy as np
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
 from rille.diagnosis.inference.accept import LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
-from rille.diagnosis.inference.confound import groups
 from rille.diagnosis.inference.doubt import DOUBTED, doubt, vague
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
-from rille.diagnosis.inference.found import Found, Standing, leftover_share, named_terms, ranked, verdict_of, with_doubt
+from rille.diagnosis.inference.found import Found, leftover_share, named_terms, ranked, stand, verdict_of, with_doubt
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_tries, shared_moment
 from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
 from rille.diagnosis.inference.screen import Screened, screen
-from rille.diagnosis.inference.settle import State, exchange, own_fit, same, settle
+from rille.diagnosis.inference.settle import State, elsewhere, exchange, own_fit, same, settle
 from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
@@ -121,8 +120,7 @@ def _look(
     n, excess = screened.tries, state.first.excess
     scores = rank(judge.evidence, [*singles, *pairs], judge=judge)
     if not state.pieces and singles:
-        alone = rank(judge.evidence, singles, judge=judge)
-        state.standing = Standing(judge=judge, fitted=tuple(singles), scores=alone, confounded=groups(alone, singles, judge.metric.edges))
+        state.standing = stand(judge, judge.evidence, singles)
     order = sorted(range(1, len(singles) + 1), key=lambda i: -scores.gain[i])
     taken = singles[order[0] - 1] if order and is_accepted(scores, order[0], 0, judge, tries=n, excess=excess) else None
     pair = max(range(len(singles) + 1, len(singles) + len(pairs) + 1), key=lambda i: scores.gain[i], default=None)
@@ -153,8 +151,7 @@ def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
         size = float(np.linalg.norm(s.direction) * np.linalg.norm(own.direction))
         likeness = float(s.direction @ own.direction) / size if size > 0 and s is not own else 0.0
         if likeness > ALIKE or (likeness < -ALIKE and not s.one_sided):
-            elsewhere = (s.hypothesis.cause, s.hypothesis.kind) == (hypothesis.cause, hypothesis.kind)
-            found.append((elsewhere, abs(likeness), s))
+            found.append((elsewhere(s.hypothesis, hypothesis), abs(likeness), s))
     return [s.hypothesis.at(s.values) for *_, s in sorted(found, key=lambda one: one[:2], reverse=True)[:STAND_INS]]
 
 

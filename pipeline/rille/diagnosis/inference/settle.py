@@ -12,9 +12,8 @@ import numpy as np
 
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.inference.accept import LEAST_SHARE, NATS, is_accepted
-from rille.diagnosis.inference.confound import groups
 from rille.diagnosis.inference.fit import Fitted, fit_together
-from rille.diagnosis.inference.found import Standing
+from rille.diagnosis.inference.found import Standing, stand
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.rank import rank
 from rille.model.hypothesis import Hypothesis, Setting, Term
@@ -58,6 +57,12 @@ class State:
 def same(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether two hypotheses are about the same thing."""
     return (one.cause, one.kind, one.target) == (other.cause, other.kind, other.target)
+
+
+def elsewhere(one: Hypothesis, other: Hypothesis) -> bool:
+    """Whether one is the same law as another, at another target."""
+    same_law = (one.cause, one.kind, one.target_kind) == (other.cause, other.kind, other.target_kind)
+    return same_law and one.target != other.target and [n.name for n in one.free] == [n.name for n in other.free]
 
 
 def same_pieces(one: Setting, other: Setting) -> bool:
@@ -115,8 +120,7 @@ def settle(
         if bent:
             fitted = _under_own_starts(state, evidence, fitted, len(full))
         kept, shorter = fitted[: len(full)], fitted[len(full) :]
-        scores = rank(linear, kept, judge=state.first)
-        standing = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, here.metric.edges))
+        standing = stand(state.first, linear, kept)
         winner = kept[standing.confounded.order[0] - 1]
         needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
         if shorter and not needless and not bent and same_pieces(winner.setting, taken.setting):  # under starts of another it may miss
@@ -143,8 +147,7 @@ def settle(
     both = _swapped_together(standing, taken.setting, always)
     if both:
         kept = [*standing.fitted, *fit_together(state.judge, [[setting] for setting in both], on_progress=on_progress)]
-        scores = rank(linear, kept, judge=state.first)
-        wider = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, state.judge.metric.edges))
+        wider = stand(state.first, linear, kept)
         if same_pieces(wider.fitted[wider.confounded.order[0] - 1].setting, taken.setting):
             standing = wider
     state.pieces, state.rivals, state.standing = list(taken.setting[always:]), rivals, standing
@@ -164,12 +167,13 @@ def exchange(state: State, evidence: Evidence, number: int, term: Term, tries: i
     rivals = [[state.pieces[k], *each] if k == number else each for k, each in enumerate(state.rivals)]
     fitted = fit_together(here, [[setting] for setting in _alternatives(own.setting, len(state.always), rivals)], on_progress=on_progress)
     state.replays += here.replays
-    scores = rank(linear, fitted, judge=state.first)
-    standing = Standing(judge=state.first, fitted=tuple(fitted), scores=scores, confounded=groups(scores, fitted, here.metric.edges))
+    standing = stand(state.first, linear, fitted)
     before = [i for i, one in enumerate(fitted, start=1) if same_pieces(one.setting, state.setting)]
     best = standing.confounded.order[0]
     winner = fitted[best - 1].setting
-    if not same_pieces(winner, own.setting) or not all(scores.clearly_ahead(best, i, np.log(max(tries, 1)) + NATS) for i in before):
+    if not same_pieces(winner, own.setting) or not all(
+        standing.scores.clearly_ahead(best, i, np.log(max(tries, 1)) + NATS) for i in before
+    ):
         return False
     state.judge = Judge(linear, winner, floor=state.first.floor)
     state.pieces, state.rivals, state.standing = list(winner[len(state.always) :]), rivals, standing
@@ -189,38 +193,27 @@ def _fitted(judge: Judge, settings: Sequence[Setting], taken: Setting, on_progre
     """Settings at their best. One that has a law of ``taken`` at another target is begun where that says, too: before and behind a gear the
     same law has other numbers, and from usual ones a fit may stop elsewhere.
     """
-    moved = [i for i, setting in enumerate(settings) if _is_moved(setting, taken)]
-    anew = [[_in_proportion(settings[i], taken, factor) for factor in FACTORS] for i in moved]
-    fitted = fit_together(judge, [*([setting] for setting in settings), *anew], on_progress=on_progress)
+    anew = {i: starts for i, setting in enumerate(settings) if (starts := _in_proportion(setting, taken))}
+    fitted = fit_together(judge, [*([setting] for setting in settings), *anew.values()], on_progress=on_progress)
     found = fitted[: len(settings)]
-    for i, other in zip(moved, fitted[len(settings) :], strict=True):
+    for i, other in zip(anew, fitted[len(settings) :], strict=True):
         (found[i],) = _best_of_each([found[i]], [other])
     return found
 
 
-def _is_moved(setting: Setting, taken: Setting) -> bool:
-    """Whether a setting is ``taken`` with a law at another target."""
-    pairs = zip(setting, taken, strict=True) if len(setting) == len(taken) else ()
-    return any(_elsewhere(one.hypothesis, other.hypothesis) for one, other in pairs)
-
-
-def _elsewhere(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether one is the same law as another, at another target."""
-    same_law = (one.cause, one.kind, one.target_kind) == (other.cause, other.kind, other.target_kind)
-    return same_law and one.target != other.target and [n.name for n in one.free] == [n.name for n in other.free]
-
-
-def _in_proportion(setting: Setting, taken: Setting, factor: float) -> Setting:
-    """A setting with the numbers of ``taken`` for a law that is at another target there: in proportion to what is usual here, amplitudes
-    times ``factor``. Places, moments and phases stay.
-    """
-    return tuple(
-        _like(term, like, factor) if _elsewhere(term.hypothesis, like.hypothesis) else term
-        for term, like in zip(setting, taken, strict=True)
-    )
+def _in_proportion(setting: Setting, taken: Setting) -> list[Setting]:
+    """A setting with the numbers of ``taken`` for a law that is at another target there, with several sizes; [] if no law is."""
+    pairs = list(zip(setting, taken, strict=True)) if len(setting) == len(taken) else []
+    if not any(elsewhere(one.hypothesis, other.hypothesis) for one, other in pairs):
+        return []
+    return [
+        tuple(_like(one, other, factor) if elsewhere(one.hypothesis, other.hypothesis) else one for one, other in pairs)
+        for factor in FACTORS
+    ]
 
 
 def _like(term: Term, like: Term, factor: float) -> Term:
+    """The numbers of a like term in proportion to what is usual here, amplitudes times ``factor``. Places, moments and phases stay."""
     values = {}
     numbers = zip(term.hypothesis.free, term.values, like.hypothesis.free, like.values, strict=True)
     for here, own, there, value in numbers:
@@ -286,8 +279,7 @@ def _among_the_close(
     if not better:
         return taken, linear, standing
     kept = [better[i][0] if i in better else one for i, one in enumerate(standing.fitted, start=1)]
-    scores = rank(linear, kept, judge=state.first)
-    standing = Standing(judge=state.first, fitted=tuple(kept), scores=scores, confounded=groups(scores, kept, state.first.metric.edges))
+    standing = stand(state.first, linear, kept)
     first = standing.confounded.order[0]
     return (*better[first], standing) if first in better else (kept[first - 1], linear, standing)
 

@@ -121,6 +121,11 @@ def shared_joint(setting: Setting, machine: Machine, channels: Sequence[Channel]
     places = set()
     for term in setting:
         target = term.hypothesis.target
-        place = of_channel.get(target, "") if term.hypothesis.cause == "sensor" else {**of_body, **of_drive}.get(target, target)
+        if term.hypothesis.cause == "sensor":
+            place = of_channel.get(target, "")
+        elif term.hypothesis.target_kind == "body":
+            place = of_body.get(target, "")
+        else:
+            place = of_drive.get(target, target)
         places.add(place if place in joints else "")
     return places.pop() if len(places) == 1 else ""

@@ -6,7 +6,7 @@ windows that it was not fitted to better, by more than two standard errors.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,9 +49,28 @@ class Unknown:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Chosen:
+class _Sum:
+    """Laws with their numbers."""
+
     laws: tuple[Law, ...]
     numbers: Array
+
+    @property
+    def setting(self) -> Setting:
+        return as_setting(self.laws, self.numbers.tolist())
+
+    def moved(self, step: Array) -> "_Sum":
+        """Numbers and then places further by ``step``."""
+        places = iter(step[len(self.numbers) :])
+        laws = tuple(law if law.place is None else law.at(law.place + float(next(places))) for law in self.laws)
+        return _Sum(laws=laws, numbers=self.numbers + step[: len(self.numbers)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Chosen:
+    """A sum of laws at one target. gain, gain_error [nats] : on windows that it was not fitted to."""
+
+    guess: _Sum
     gain: float
     gain_error: float
 
@@ -92,17 +111,17 @@ def find_unknown(
             best = chosen
     if best is None:
         return None
-    fitted, left = _refitted(evidence, metric, best.laws, setting, best.numbers, float(base @ base))
+    fitted, left = _refitted(evidence, metric, best.guess, setting, float(base @ base))
     if left < float(base @ base):  # once more from starts that are fitted with it
         better = evidence.relinearised((*setting, *fitted.setting))
         again = Metric(better.window, better.start_gain)
         row = again.whitened(better.residuals([(*setting, *fitted.setting)]))[0]
-        fitted, left = _refitted(better, again, fitted.laws, setting, fitted.numbers, float(row @ row) * (1 + 1e-9))
+        fitted, left = _refitted(better, again, fitted, setting, float(row @ row) * (1 + 1e-9))
     excess = float(base @ base) - float(np.sum(metric.degrees))
     explained = (float(base @ base) - left) / excess if excess > 0 else 0.0
     if explained < LEAST:
         return None
-    law = best.laws[0]
+    law = fitted.laws[0]
     formula = in_words(fitted.laws, fitted.numbers.tolist())
     where = f"{'all' if law.target == '*' else 'the'} {law.target_kind}s" if law.target == "*" else f"{law.target_kind} '{law.target}'"
     return Unknown(
@@ -111,7 +130,7 @@ def find_unknown(
         sentence=f"unknown: behaves like {formula} at {where}; explains {100 * min(explained, 1.0):.0f} % of what is beyond the noise",
         target_kind=law.target_kind,
         target=law.target,
-        numbers=sum(one.numbers for one in best.laws),
+        numbers=sum(one.numbers for one in fitted.laws),
         explained=min(explained, 1.0),
         gain=best.gain,
         gain_error=best.gain_error,
@@ -163,8 +182,10 @@ def _at_target(
         return None
     numbers = _fit(weighted.sum(axis=0), picked, lower)
     return _Chosen(
-        laws=tuple(laws[usable[k]] for k in picked),
-        numbers=numbers * np.array([laws[usable[k]].size for k in picked]),
+        guess=_Sum(
+            laws=tuple(laws[usable[k]] for k in picked),
+            numbers=numbers * np.array([laws[usable[k]].size for k in picked]),
+        ),
         gain=float(np.sum(gain)),
         gain_error=_error(gain),
     )
@@ -209,40 +230,20 @@ def _error(gains: Array) -> float:
     return float(np.std(gains) * np.sqrt(len(gains)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sum:
-    """Laws with their numbers."""
-
-    laws: tuple[Law, ...]
-    numbers: Array
-
-    @property
-    def setting(self) -> Setting:
-        return as_setting(self.laws, self.numbers.tolist())
-
-    def moved(self, step: Array) -> "_Sum":
-        """Numbers and then places further by ``step``."""
-        places = iter(step[len(self.numbers) :])
-        laws = tuple(law if law.place is None else law.at(law.place + float(next(places))) for law in self.laws)
-        return _Sum(laws=laws, numbers=self.numbers + step[: len(self.numbers)])
-
-
-def _refitted(
-    evidence: Evidence, metric: Metric, laws: tuple[Law, ...], setting: Setting, guess: Array, before: float
-) -> tuple[_Sum, float]:
+def _refitted(evidence: Evidence, metric: Metric, guess: _Sum, setting: Setting, before: float) -> tuple[_Sum, float]:
     """Numbers and places after a few Gauss-Newton steps through the solver from ``guess``, and the sum of squares that they leave.
 
     before : what is left without them; where the guess leaves no less, the numbers are 0.
     """
-    placed = [law for law in laws if law.place is not None]
-    usual = np.array([*(law.size for law in laws), *(law.scales["a"][0] for law in placed)])
-    lower = np.array([*(0.0 if law.loses else -np.inf for law in laws), *(-np.inf for _ in placed)])
+    placed = [law for law in guess.laws if law.place is not None]
+    usual = np.array([*(law.size for law in guess.laws), *(law.scales["a"][0] for law in placed)])
+    lower = np.array([*(0.0 if law.loses else -np.inf for law in guess.laws), *(-np.inf for _ in placed)])
 
     def rows(several: Sequence[_Sum]) -> Array:
         return metric.whitened(evidence.residuals([(*setting, *one.setting) for one in several]))
 
-    best, left = _Sum(laws=laws, numbers=np.zeros(len(laws))), before
-    step = np.r_[guess, np.zeros(len(placed))]
+    best, left = replace(guess, numbers=np.zeros(len(guess.laws))), before
+    step = np.r_[guess.numbers, np.zeros(len(placed))]
     for _ in range(REFITS * (1 + len(placed))):
         tried = [best.moved(share * step) for share in (1.0, 0.5, 0.2)]
         sums = np.array([float(row @ row) if np.isfinite(row).all() else np.inf for row in rows(tried)])
