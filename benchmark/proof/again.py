@@ -1,6 +1,7 @@
 """Which answers of an opened ledger the present code gives differently, and whether they got better or worse.
 
 Usage: python benchmark/proof/again.py LEDGER [--trials 4,209] [--sorts one,two] [--from 2] [--machines pendulum,arm]
+       [--workers 2] [-o FILE]
 
 Trials are made again from their opened truths and answered in rooms, without the baselines. FILE (JSON lines; default
 out/proof-again.jsonl) keeps what was answered: the same command goes on where it was stopped; remove FILE after a change of the code. It
@@ -10,6 +11,7 @@ proves nothing: what a change was made for is no test of it. It shows what a cha
 import argparse
 import json
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +26,6 @@ from rille.proof.trials import Trial
 from rille.work import carry_out, opened_pool
 
 Line = dict[str, Any]
-DRAWN = ("number", "sort", "machine", "strength", "beacon", "draw")
 
 
 def answered_again(truths: Sequence[Line]) -> list[Line]:
@@ -34,7 +35,7 @@ def answered_again(truths: Sequence[Line]) -> list[Line]:
 
 def _score(truth: Line) -> Line:
     try:
-        _, files, again = make_trial(Trial(**{name: truth[name] for name in DRAWN}), truth)
+        _, files, again = make_trial(Trial.of(truth), truth)
     except Unreachable:  # another state of rille made it
         return score(truth, None, "not made").as_json()
     given = answer_files(truth["number"], files, baselines=False)
@@ -47,14 +48,18 @@ def grade(line: Line) -> tuple[bool, ...]:
     return (not line["confident_wrong"], not line["wrong"], line["grouped"], line["pieces"] == 1.0, line["top"])
 
 
+def change(before: Line, now: Line) -> str:
+    """What became of an answer: "better", "WORSE", "same", or as good in "other words"."""
+    if grade(now) != grade(before):
+        return "better" if grade(now) > grade(before) else "WORSE"
+    return "same" if (before["verdict"], before["answer"]) == (now["verdict"], now["answer"]) else "other words"
+
+
 def compared(before: Line, now: Line) -> str:
-    """One line: what is concealed, and what was and is said."""
-    mark = "better" if grade(now) > grade(before) else "WORSE" if grade(now) < grade(before) else "same"
-    if mark == "same" and (before["verdict"], before["answer"]) != (now["verdict"], now["answer"]):
-        mark = "other words"
+    """One line: what became of an answer, what is concealed, and what was and is said."""
     said = " -> ".join(dict.fromkeys(_words(one) for one in (before, now)))
     asked = f"{now['trial']:3} {now['machine']:9} {now['sort']:9} x{now['strength']:<3g} {now['truth']}"
-    return f"{mark:11} {asked}: {said}, {now['seconds'] or 0:.0f} s"
+    return f"{change(before, now):11} {asked}: {said}, {now['seconds'] or 0:.0f} s"
 
 
 def _words(line: Line) -> str:
@@ -108,13 +113,13 @@ def main() -> int:
     def lost(truth: Line, why: str) -> Line:
         return score(truth, None, "crashed").as_json() | {"answer": why}
 
-    for number in (truth["number"] for truth in asked if truth["number"] in now):
+    for number in sorted(before.keys() & now.keys()):
         print(compared(before[number], now[number]))
     if waiting:
         with opened_pool(answered_again, min(given.workers, len(waiting)), None) as pool:
             carry_out(pool, waiting, len(waiting), keep, lost=lost, ahead=1)
-    marks = [compared(before[truth["number"]], now[truth["number"]]).split()[0] for truth in asked if truth["number"] in now]
-    print(f"{len(marks)} of {len(asked)} trials: " + ", ".join(f"{marks.count(mark)} {mark}" for mark in dict.fromkeys(marks)))
+    changes = Counter(change(before[number], now[number]) for number in before.keys() & now.keys())
+    print(f"{changes.total()} of {len(asked)} trials: " + ", ".join(f"{count} {what}" for what, count in changes.most_common()))
     return 0
 
 

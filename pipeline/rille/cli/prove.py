@@ -173,9 +173,8 @@ def trial(
         raise InputRefused(f"'{output}' exists already; name a new folder")
     if truth["sort"] == "real":
         raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
-    names = ("number", "sort", "machine", "strength", "beacon", "draw")
     try:
-        _, files, again = make_trial(Trial(**{name: truth[name] for name in names}), truth)
+        _, files, again = make_trial(Trial.of(truth), truth)
     except Unreachable as error:
         raise InputRefused(f"{error}: another state of rille made it (version {held.plan.version}); check that one out") from None
     output.mkdir(parents=True)

@@ -2,9 +2,9 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -61,6 +61,11 @@ class Trial:
     strength: float
     beacon: str
     draw: int = 0
+
+    @staticmethod
+    def of(truth: Mapping[str, Any]) -> "Trial":
+        """The trial that a truth is of: what it was drawn from is in the truth."""
+        return Trial(**{one.name: truth[one.name] for one in fields(Trial)})
 
     def random(self, purpose: str) -> np.random.Generator:
         """Random numbers of a purpose."""

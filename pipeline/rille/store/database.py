@@ -15,12 +15,12 @@ from rille.store.soundness import problems
 APPLICATION_ID = 1380535372  # "RILL"
 
 
-@cache
 def beside(path: Path) -> list[Path]:
     """Files that SQLite keeps beside a database that is open, or that a killed program left; whether they are there or not."""
     return [path.with_name(path.name + ending) for ending in ("-wal", "-shm", "-journal")]
 
 
+@cache
 def schema_folder() -> Path:
     """Folder with ``schema.sql``: that of the checkout, else the one installed inside the package."""
     package = Path(__file__).resolve().parent.parent
