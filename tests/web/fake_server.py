@@ -29,6 +29,7 @@ class Fake:
         self.sockets: list[WebSocket] = []
         self.port = 0
         self.set_values: list[float] = []
+        self.answers_after = 0.0  # s; before it answers, it tells its status as it was
         self.rejects: tuple[int, str] | None = None  # code and reason with which a connection is closed
         self.connections = 0
         self.history: list[bytes] = []  # frames of the run so far
@@ -163,6 +164,9 @@ def _app(fake: Fake) -> FastAPI:
         try:
             while True:
                 command = json.loads(await viewer.receive_text())
+                if fake.answers_after:
+                    await fake.say(fake.status())
+                    await asyncio.sleep(fake.answers_after)
                 why = fake.obey(command)
                 if command["kind"] == "load":
                     await fake.say({"kind": "event", "time": fake.time, "event": "contact", "subject": "of the loaded run", "message": ""})

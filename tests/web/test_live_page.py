@@ -321,6 +321,20 @@ def test_plus_and_minus_change_the_speed_step_by_step(fake: Fake, live: Tab):
         until(lambda wanted=factor: fake.speed == wanted and live.page.locator("#speed").input_value() == str(wanted), f"speed {factor}", 3)
 
 
+def test_a_status_on_its_way_does_not_take_back_a_speed_just_chosen(fake: Fake, live: Tab):
+    commanding(fake, live)
+    fake.answers_after = 0.5
+    live.page.keyboard.press("+")
+    live.page.wait_for_timeout(250)  # the status before has come
+    assert live.page.locator("#speed").input_value() == "2"
+    live.page.keyboard.press("+")
+    until(lambda: fake.speed == 5, "the second step")
+    until(lambda: live.page.locator("#speed").input_value() == "5", "the second step on the page")
+    fake.refuse["speed"] = "not now"
+    live.page.keyboard.press("+")
+    until(lambda: live.page.locator("#speed").input_value() == "5" and "not now" in toasts(live), "that a refused speed is taken back")
+
+
 def test_a_drive_along_a_slide_is_in_metres(fake: Fake, tab: Tab):
     drives = {drive["name"]: drive for drive in fake.layout["drives"]}
     fake.layout["joints"][2]["kind"] = fake.layout["joints"][3]["kind"] = "prismatic"

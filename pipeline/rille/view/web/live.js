@@ -36,7 +36,7 @@ export class Live {
     this.room = Math.max(600, Math.min(MOST_FRAMES, Math.floor(MOST_BYTES / (4 * this.shape.size + 8))));
     for (const { time, state } of framesOf(history, this.shape.size)) this.track.push(time, state, this.room);
     this.clock.range(this.track.start, this.track.end);
-    this.rate = 0; this.frames = 0; this.real = null; this.anew = false; this.heard = []; // anew: the next frame is another run's; heard: events since the newest frame or status
+    this.rate = 0; this.frames = 0; this.real = null; this.anew = false; this.heard = []; this.speedsAsked = 0; // anew: the next frame is another run's; heard: events since the newest frame or status; speedsAsked: not answered yet
     this.viewer = new Viewer(this.shape, scene, [this.track], this.clock, "single");
     const { tabs, keys } = this.viewer;
     this.link = new Link();
@@ -119,7 +119,7 @@ export class Live {
     byId("run").hidden = false;
     const { speed } = this.viewer.timeline;
     speed.title = "simulated time per real time";
-    speed.addEventListener("change", () => this.ask("speed", { factor: Number(speed.value) }));
+    speed.addEventListener("change", () => this.#run(Number(speed.value)));
     this.state = element("span", { class: "state", id: "state" }); this.who = element("span", { class: "who", id: "who" }); this.facts = element("span", { class: "facts", id: "live-facts" });
     this.take = element("button", { type: "button", id: "take", on: { click: () => this.ask(this.mine ? "release" : "take") } });
     this.hand = element("button", { type: "button", id: "hand-over", class: "main", hidden: true, on: { click: () => this.ask("hand_over", { to: this.status.asked_by }) } });
@@ -142,13 +142,20 @@ export class Live {
     this.goButton.textContent = status.state === "running" ? "Pause" : "Start";
     for (const each of [this.goButton, ...this.controls, this.loadButton, this.saveName]) each.disabled = !mine;
     this.viewer.timeline.speed.disabled = !mine;
-    if (document.activeElement !== this.viewer.timeline.speed) this.#speed(status.speed);
+    if (document.activeElement !== this.viewer.timeline.speed && !this.speedsAsked) this.#speed(status.speed);
     const names = status.saves ?? [], key = names.join("\n");
     if (key !== this.savesKey) { this.savesKey = key; this.saves.replaceChildren(...names.map(name => element("option", { value: name, text: name }))); }
     this.saves.hidden = this.loadButton.hidden = !names.length;
     this.drive.show(status.set_values ?? []);
     this.drive.allow(mine, mine ? "" : "Take the command, then drive.");
     byId("place-hint").hidden = !(mine && this.placeable);
+  }
+  async #run(factor) { // until it is answered, a status that was on its way may still tell the speed before; the choice shown stays
+    this.speedsAsked++;
+    const { accepted } = await this.ask("speed", { factor });
+    this.speedsAsked--;
+    if (accepted) this.status = { ...this.status, speed: factor };
+    this.#show();
   }
   #speed(factor) {
     const { speed } = this.viewer.timeline;
