@@ -435,3 +435,17 @@ def test_one_short_top_is_enough_where_values_never_repeat(resolution: float, fo
     alone = Channel(name="rate", quantity="joint.velocity", unit="rad/s", target="a", clock="time", time=t, value=value)
     (report,) = gate([Recording(name="r", channels=(alone,))])
     assert [finding.detail["sure"] for finding in report if finding.code == "saturation"] == [True] * found
+
+
+def test_a_channel_that_reaches_its_end_and_stays_is_cut_off():
+    """It moves by far more from sample to sample than its noise, and stands still for most of the time: neither makes it a coarse one."""
+    t = np.arange(0.0, 4.0, 0.04)
+    rng = np.random.default_rng(2)
+    value = np.minimum(0.3 * t + 2e-3 * rng.standard_normal(len(t)), 0.6247355)
+    assert np.count_nonzero(value == value.max()) > 40
+    made = Channel(name="x", quantity="part.position", component="x", unit="m", target="a", clock="time", time=t, value=value)
+    (report,) = gate([Recording(name="r", channels=(made,))])
+    assert [finding.detail["sure"] for finding in report if finding.code == "saturation"] == [True]
+    coarse = replace(made, value=0.012 * np.round(value / 0.012))
+    (report,) = gate([Recording(name="r", channels=(coarse,))])
+    assert not [finding for finding in report if finding.code == "saturation"]

@@ -15,6 +15,7 @@ VISITS = 2
 LEVEL = 1.9  # power of the number of samples, by which a run must be less likely than one in that many
 SHOWN = 50
 SAME = 1e-9  # of the spread: values no farther apart are one
+OFF_GRID, ROUNDED = 0.01, 1e-6  # of a grid's step, and of the way on it, beyond which a value is not on the grid
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +45,7 @@ def flat_tops(channel: Channel, manner: Manner) -> list[FlatTops]:
     if len(finite) < 50:
         return []
     found = []
-    step = max(manner.resolution, _smallest_step(finite, manner.spread))
+    step = max(manner.resolution, _grid(finite, manner.spread))
     chance = _longest_by_chance(value, float(finite.min()), float(finite.max()))
     for side, extreme in (("largest", float(finite.max())), ("smallest", float(finite.min()))):
         where = np.flatnonzero(value == extreme)
@@ -69,10 +70,15 @@ def flat_tops(channel: Channel, manner: Manner) -> list[FlatTops]:
     return found
 
 
-def _smallest_step(value: NDArray[np.float64], spread: float) -> float:
-    """The smallest step between two values of (n,): that of a rounded channel, next to none of a fine one."""
-    steps = np.diff(np.unique(value))
-    return float(np.min(steps[steps > SAME * spread], initial=np.inf)) if np.any(steps > SAME * spread) else 0.0
+def _grid(value: NDArray[np.float64], spread: float) -> float:
+    """The step of the grid that all of (n,) values lie on; 0 of a fine channel, which may move by far more from sample to sample."""
+    known = np.unique(value)
+    steps = np.diff(known)
+    step = float(np.min(steps[steps > SAME * spread], initial=np.inf))
+    if not np.isfinite(step):
+        return 0.0
+    places = (known - known[0]) / step
+    return step if np.all(np.abs(places - np.round(places)) < OFF_GRID + ROUNDED * places) else 0.0
 
 
 def _longest_by_chance(value: NDArray[np.float64], low: float, high: float) -> float:
