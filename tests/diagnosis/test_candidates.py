@@ -188,6 +188,27 @@ def test_pulses_only_where_the_difference_is_short():
             assert all(2.9 <= v <= 3.6 for k, v in values.items() if k.endswith("_x"))  # x = t: where it was then
 
 
+def test_a_push_is_short():
+    """What lasts longer than a quarter of what was recorded belongs to no moment: a law that lasts would be called a push."""
+    x = wave("x", "joint.position", "hinge1", "rad", np.sin)
+    pulses = [h for h in candidates(machine_of(pendulum()), [x], KINDS) if h.kind in ("joint_pulse", "external_pulse")]
+    assert {h.kind for h in pulses} == {"joint_pulse", "external_pulse"}
+    for h in pulses:
+        (duration,) = [n for n in h.free if n.name == "duration"]
+        assert duration.upper == pytest.approx(0.25 * (x.time[-1] - x.time[0]))
+        assert duration.lower <= duration.start <= duration.upper
+
+
+def test_clocks_that_are_far_off_are_tried():
+    """A rate that shifts more than a turn of what moves, by the end, is told by nothing near none: it has to be met."""
+    time = np.arange(0, 12, 0.01)
+    channel = Channel(name="a", quantity="joint.effort", target="hinge1", unit="N m", time=time, value=np.sin(3 * time), noise=1e-3)
+    (skew,) = next(h for h in sensor_hypotheses([channel], KINDS) if h.kind == "clock_skew").free
+    assert min(skew.tries) == -max(skew.tries) == -0.2
+    rates = np.sort([0.0, *(t for t in skew.tries if t > 0)])
+    assert np.diff(rates).max() * time[-1] < 0.5 * np.pi / 3 + 0.05  # [s] about a quarter of a turn
+
+
 def test_pushes_at_the_joints_of_what_the_world_holds():
     """An arm of four joints is asked for them, whatever the difference looks like, as it is for pushes at its bodies."""
     arm = MAKERS["arm"](np.random.default_rng(0)).rover

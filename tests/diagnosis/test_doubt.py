@@ -35,6 +35,8 @@ def test_a_law_that_only_acts_alike_is_doubted():
     against, other = doubt(under(truth, answer), CHEAP, {answer.hypothesis.title})
     assert truth.hypothesis.title in against
     assert other.hypothesis == truth.hypothesis
+    drop = float(against.split("chi-squared ")[1].split(")")[0])
+    assert doubt(under(truth, answer), CHEAP, {answer.hypothesis.title}, 400.0 * drop) == ("", None)  # a trifle of what was found
     assert doubt(under(truth, answer), [truth.hypothesis], {truth.hypothesis.title}) == (
         "",
         None,

@@ -63,6 +63,52 @@ def test_orders_and_phase_come_out_of_few_trials():
     assert np.isclose(found.values["force"], 0.5, rtol=0.15)
 
 
+class Narrow:
+    """Evidence in which a clock that is 3.017 % off explains all, one that is a part of a percent nearer or farther half of it, others
+    nothing, or worse."""
+
+    def __init__(self, evidence):
+        self._evidence = evidence
+
+    def __getattr__(self, name):
+        return getattr(self._evidence, name)
+
+    def residuals(self, settings):
+        base = self._evidence.residuals([()])[0]
+        left = []
+        for setting in settings:
+            rate = setting[-1].values[0] if setting else 0.0
+            left.append(
+                1
+                + 0.1 * np.tanh(abs(rate) / 0.005)
+                - 0.4 * np.exp(-abs(rate - 0.03) / 0.01)
+                - 0.6 * np.exp(-(((rate - 0.03017) / 3e-4) ** 2))
+            )
+        return np.array(left)[:, None] * base
+
+
+def test_what_is_far_off_is_met_by_tries_that_come_closer():
+    """Nothing near none tells of it: the first try promises nothing, as of a clock whose stamps are a turn of the motion off by the end."""
+    evidence = Narrow(recorded((named("viscous", "left", coefficient=0.2),), seconds=10))
+    skew = number("skew", lower=-0.5, upper=0.5, spread=1e-3)
+    tries = tuple(v for size in (0.001, 0.005, 0.013, 0.022, 0.037, 0.06) for v in (size, -size))
+    (far,) = screen(evidence, [effect("skew", "left", replace(skew, tries=tries))]).signatures
+    assert far.values["skew"] == pytest.approx(0.03017, abs=2e-4)  # within the narrow one: a fit goes on from there
+    assert far.drop > 0.8 * Judge(evidence).excess
+    (near,) = screen(evidence, [effect("skew", "left", skew)]).signatures
+    assert near.drop < 0.5 * far.drop
+
+
+def test_a_number_that_the_recordings_do_not_tell_is_not_counted():
+    """Of a law with a number that does nothing here, only the other counts."""
+    truth = named("viscous", "left", coefficient=0.2)
+    evidence = recorded((truth,), seconds=10)
+    (free,) = truth.hypothesis.free
+    wide = effect("viscous", "left", free, number("idle", lower=-1, spread=0.1))
+    assert fit(evidence, (truth,)).told == pytest.approx(1.0, abs=0.01)
+    assert fit(evidence, (wide.at({"coefficient": 0.2, "idle": 0.0}),)).told == pytest.approx(1.0, abs=0.01)
+
+
 def test_given_places_are_tried_instead_of_own_guesses():
     push = next(h for h in catalogue() if h.kind == "push" and h.target == "left")
     tries = shape_tries(push, (1.0, 2.0), ({"start": 7.0},))

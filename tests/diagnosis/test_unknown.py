@@ -75,7 +75,7 @@ def test_a_stop_within_the_range_is_found_where_it_begins(make_model):
     proven on others. Tolerances are about two standard errors.
     """
     stop = hidden("-c*max(position-p,0)", "hinge1", c=(0.1, "N m/rad"), p=(0.6, "rad"))
-    found = find_unknown(*evidence(make_model, stop), targets=[("joint", "hinge1")], most=1, proven=False)
+    found = find_unknown(*evidence(make_model, stop), targets=[("joint", "hinge1")], most=1, nameless=True)
     assert found is not None
     assert found.numbers == 2
     assert "where q > 0." in found.formula

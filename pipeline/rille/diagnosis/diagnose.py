@@ -24,9 +24,9 @@ from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_k
 from rille.diagnosis.hypotheses.natural import natural
 from rille.diagnosis.hypotheses.tries import place_tries
 from rille.diagnosis.inference.found import Found, with_doubt
+from rille.diagnosis.inference.nameless import beside_nameless
 from rille.diagnosis.inference.patches import patch_tries, window_places
 from rille.diagnosis.inference.search import search
-from rille.diagnosis.inference.simpler import beside_one_law
 from rille.diagnosis.inference.unknown import Unknown, find_unknown
 from rille.diagnosis.inference.weights import none_of_these
 from rille.diagnosis.second_look import EDGES, LEAST, SEAM, Look, may_hide, takes_over
@@ -222,7 +222,7 @@ def _search(
         found = replace(found, verdict="cannot_know", notes=(*found.notes, UNPLACED.format(joints=", ".join(unplaced))))
     unknown = None
     if found.verdict in NAMING:
-        found, unknown = beside_one_law(evidence, found, machine, scales, channels, floor=floor)
+        found, unknown = beside_nameless(evidence, found, machine, scales, channels, floor=floor)
         if unknown is None:
             found = decided(simulators, parts, found, **like)
     after: Any = found.evidence

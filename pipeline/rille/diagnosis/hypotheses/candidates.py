@@ -21,6 +21,7 @@ from rille.model.recording import Channel
 LARGEST_SHARE = 0.3  # of what the machine's own scale is: a larger trial stalls it and says nothing about a small amount
 FEW_BODIES = 3
 FAR = 100.0  # numbers that are looked for over decades stay within this factor of their usual value, or of their spread above it
+SHORT = 0.25  # of the time that was recorded: what lasts longer belongs to no moment
 SLOW_MOMENTS = 3.0  # times slower than at its fastest is a joint at many moments
 
 
@@ -143,6 +144,8 @@ def _free(
         return _in_time(number, scales, location)
     if number.search == "scale":
         lower, upper = max(number.lower, number.start / FAR), min(number.upper, max(number.start, number.spread) * FAR)
+        if number.unit == "s" and any(p.search == "time" for p in kind.parameters):
+            upper = max(lower, min(upper, SHORT * (scales.span[1] - scales.span[0])))
         return replace(number, lower=lower, upper=upper, start=min(max(number.start, lower), upper))
     if number.search == "order" and "s" in here:
         slow = here["s"] * SLOW_MOMENTS

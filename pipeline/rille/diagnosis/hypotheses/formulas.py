@@ -23,7 +23,7 @@ class Law:
 
     parts : (output, formula) with C for the number in front, K for the place: one, or three for a vector. unit : of C. size : usual C.
     scales : constants of the formula, name -> (value, unit). pattern : how a person writes it, {k} for the place. loses : C must be
-    positive.
+    positive. named : the catalogue has it, alone or as a part of a law.
     """
 
     target_kind: TargetKind
@@ -34,6 +34,7 @@ class Law:
     size: float
     scales: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     loses: bool = True
+    named: bool = False
 
     @property
     def words(self) -> str:
@@ -77,6 +78,10 @@ JOINT_LAWS = (
     ("sin(2 q)", "sin(2*position/a)", False),
     ("cos(2 q)", "cos(2*position/a)", False),
 )
+NAMED: Mapping[str, tuple[str, ...]] = {
+    "joint": ("sign(v)", "v", "sign(v) exp(-|v|)", "sign(v) |effort|", "v |effort|", "sin(q)", "cos(q)", "sin(2 q)", "cos(2 q)"),
+    "body": ("v", "v |v|"),
+}  # dry, viscous and Stribeck friction, that of gears under load, saturation of a motor, weight, ripple; drag
 BEYOND = (("q - {k} where q > {k}", "max(position-K,0)/a"), ("q - {k} where q < {k}", "min(position-K,0)/a"))
 PLACES = (0.2, 0.4, 0.6, 0.8)  # of the range that a joint was seen in, where a spring may begin
 SPEED = "sqrt(vx^2+vy^2+vz^2)"
@@ -136,6 +141,7 @@ def _joint_laws(target: str, slides: bool, here: Mapping[str, float], driven: bo
             size=here["N"],
             scales={name: own[name] for name in _names(formula, own)},
             loses=loses,
+            named=words in NAMED["joint"],
         )
 
     places = [seen[0] + share * (seen[1] - seen[0]) for share in PLACES] if seen is not None else []
@@ -157,6 +163,7 @@ def _body_laws(target: str, here: Mapping[str, float]) -> tuple[Law, ...]:
             size=here["N"],
             scales={name: constants[name] for name in _names(formula, constants)},
             loses=loses,
+            named=words in NAMED["body"],
         )
         for words, formula, loses in BODY_LAWS
     )

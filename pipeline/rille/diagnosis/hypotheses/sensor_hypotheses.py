@@ -18,6 +18,7 @@ FASTEST = 0.02  # relative error of a clock's rate beyond which it is believed l
 IN_A_ROW = 4  # samples that say exactly the largest value, from which on it may be the end of a range
 LIMIT_KNOWN = 1e-4  # relative: so well is such an end known
 LEAST_SHIFT, MOST_SHIFT, SHIFTS = 0.25, 0.3, 10  # [sampling intervals], [s], number of shifts in time that are tried
+FAST, RATES = 0.2, 12  # largest rate of a clock that is tried, and how many between it and one that makes the largest shift
 
 
 def sensor_hypotheses(channels: Sequence[Channel], kinds: Sequence[EffectKind]) -> tuple[Hypothesis, ...]:
@@ -108,9 +109,12 @@ def _free(kind: EffectKind, parameter: EffectParameter, channels: Sequence[Chann
     if parameter.amplitude and parameter.typical == parameter.upper:
         number = replace(number, lower=LEAST_WHOLE * parameter.upper, spread=parameter.upper)
     if STAMPS in kind.channel and parameter.amplitude:  # a delay, or a rate that makes one by the end
-        over = 1.0 if parameter.unit == "s" else duration
-        believed = FASTEST if parameter.unit == "1" else number.believed
-        number = replace(number, tries=shifts(number.lower, number.upper, interval, over), believed=believed)
+        tries = shifts(number.lower, number.upper, interval, 1.0 if parameter.unit == "s" else duration)
+        if parameter.unit == "1":  # of a clock that is far off nothing near tells: what moves fast is soon at another place of its way
+            far = np.linspace(FAST, min(MOST_SHIFT / duration, FAST), RATES, endpoint=False)
+            number = replace(number, believed=FASTEST)
+            tries += tuple(float(v) for v in (*far, *-far) if number.lower <= v <= number.upper)
+        number = replace(number, tries=tries)
     return replace(number, start=min(max(number.start, number.lower), number.upper))
 
 

@@ -19,22 +19,27 @@ from rille.diagnosis.inference.screen import screen
 from rille.model.diagnosis import NamedTerm
 from rille.model.hypothesis import Hypothesis, Term
 
+LEAST_OF_FOUND, LEAST_OF_NOISE = 5e-3, 0.01  # of what was found and of the noise (a tenth of its RMS): closer to a machine no model is
 CHANCE = 1e-2  # probability of a doubt of a right answer
 TOO_MANY = ("order", "place", "time")  # numbers whose search takes many trials: what has them takes most away by chance, too
 SURE = 0.1  # excess per degree, in terms of the noise, that is no matter of steps and of samples beside jumps
 NEAR_NOISE = 0.3  # excess per degree, in terms of the noise, up to which an answer is near it
-OTHER = "on top of what was found, {other} would take more away than chance does: it only acts like what is missing, or not alone"
+OTHER = (
+    "on top of what was found, {other} would take more away than chance does (chi-squared {drop:.3g}): it only acts like what is missing, "
+    "or not alone"
+)
 LEFT = "what was found leaves little, but more than noise, that nothing explains: it only acts like what is missing, or not alone"
 VAGUE = "no number of {title} is told by these recordings ({numbers}): it only acts like what is missing"
 DOUBTED = 0.75  # probability of none of the catalogue, at least, where there is doubt
 
 
 def doubt(
-    judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str], on_progress: Progress | None = None
+    judge: Judge, hypotheses: Sequence[Hypothesis], known: Collection[str], found: float = 0.0, on_progress: Progress | None = None
 ) -> tuple[str, Term | None]:
     """What speaks against the base of a judge, which should be right, in words; '' if nothing does. And the law that does, if one does.
 
-    known : titles of hypotheses that the answer leaves open.
+    known : titles of hypotheses that the answer leaves open. found : chi-squared that the answer takes away; what is little
+    beside that, and beside the noise, raises no doubt.
     """
     if differs(judge):
         sure = max(SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)), SURE * judge.degrees) * judge.floor
@@ -42,11 +47,11 @@ def doubt(
     others = [h for h in hypotheses if h.title not in known and all(n.search not in TOO_MANY for n in h.free)]
     screened = screen(judge.evidence, others, judge=judge, on_progress=on_progress)
     against, by = "", None
-    least = CHANCE / max(screened.tries, 1)
+    least, trifle = CHANCE / max(screened.tries, 1), min(LEAST_OF_FOUND * found, LEAST_OF_NOISE * judge.floor * judge.degrees)
     for s in screened.signatures:
         chance = float(chi2.sf(s.drop / judge.floor, len(s.hypothesis.free)))
-        if not s.silent and chance < least:
-            against, by, least = OTHER.format(other=s.hypothesis.title), s.hypothesis.at(s.values), chance
+        if not s.silent and chance < least and s.drop > trifle:
+            against, by, least = OTHER.format(other=s.hypothesis.title, drop=s.drop), s.hypothesis.at(s.values), chance
     return against, by
 
 

@@ -59,6 +59,18 @@ class Fitted:
         return int(np.sum(np.any(self.jacobian != 0, axis=1))) if self.unknowns else 0
 
     @property
+    def told(self) -> float:
+        """How many numbers the recordings tell: the sum of what they say of each, as a share of that and of what its usual size says
+        (MacKay 1992, Neural Computation 4, the number of well-determined parameters). A roll of the ground that a plane pendulum does not
+        feel is none.
+        """
+        if not self.unknowns:
+            return 0.0
+        said = np.sum(self.jacobian.astype(float) ** 2, axis=1) / self.kappa
+        usual = np.array([1.0 / u.number.spread**2 if u.number.amplitude and u.number.spread > 0 else u.precision for u in self.unknowns])
+        return float(np.sum(np.divide(said, said + usual, out=np.zeros_like(said), where=said > 0)))
+
+    @property
     def precision(self) -> Array:
         """(k, k) of the prior."""
         return np.diag([u.precision for u in self.unknowns]) if self.unknowns else np.empty((0, 0))

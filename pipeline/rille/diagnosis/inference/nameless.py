@@ -1,50 +1,71 @@
-"""Whether one law without a name at a joint does what an answer needs many numbers for.
+"""What a law without a name does beside an answer, where that acts: better, as well with fewer numbers, or nearly as well.
 
-Two causes that only together explain what one joint does are rarer than one that the catalogue has no name for: a seal that drags one way
-is followed by dry friction and a drift of the sensor beside it. What decides is what the numbers cost (Schwarz 1978): the one law stands
-instead if it leaves no more, as many numbers fewer considered.
+The catalogue does not hold all that there is. Drag with the root of the speed is followed by drag in proportion to it, a cable at a joint
+by a push, a seal that drags one way by dry friction and a drift of the sensor beside it: each of them to the noise, in a short recording.
+So what has a name competes with laws that have none (``formulas.py``), fitted at the same place under starts of their own. What decides is
+chi-squared and what the numbers cost (Schwarz 1978):
 
-So does a rubber stop what a cable does that comes taut, wherever that is fixed at the body that the joint carries. Both are one cause, and
-neither is rarer than the other: they are told apart by nothing, and the name is no more likely than that it has none.
+    d = (chi2 of the law - chi2 of the answer) / kappa + (numbers of the law - numbers of the answer) log n
+    odds of the law = PRIOR exp(-d / (2 temperature)),   temperature : as of ``weights.py``
+
+Only numbers that the recordings tell cost anything: an open one has fitted nothing. But what is about a moment, a push, is made for the one
+recording; all its numbers count. Two causes that meet at one place are rarer than one law, so there both begin alike; before one cause a
+law without a name has something to make up.
+
+One cause with many numbers at a body (a cable that comes taut) follows any spring that begins somewhere: where such a law does as well with
+fewer numbers, told or not, the two are even.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import expit
 
 from rille.diagnosis.evidence.evidence import Evidence
-from rille.diagnosis.hypotheses.formulas import sharper
-from rille.diagnosis.hypotheses.natural import Natural, moving_bodies
-from rille.diagnosis.inference.doubt import DOUBTED
+from rille.diagnosis.hypotheses.formulas import TargetKind, sharper
+from rille.diagnosis.hypotheses.natural import Natural
+from rille.diagnosis.inference.confound import TIED
 from rille.diagnosis.inference.found import Found, with_doubt
 from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.moments import is_momentary
 from rille.diagnosis.inference.unknown import Progress, Unknown, find_unknown
-from rille.model.hypothesis import Setting
+from rille.diagnosis.inference.weights import calibration
+from rille.model.diagnosis import Estimate, NamedTerm
+from rille.model.hypothesis import FreeNumber, Setting
 from rille.model.machine import Machine
 from rille.model.recording import Channel
 
-MANY = 4  # numbers of one cause at a body, from which on a law with fewer is looked for
+PRIOR, PRIOR_OF_SEVERAL = 1 / 3, 1.0  # odds of a law without a name before one cause, and before several
+MANY = 4  # numbers of one cause at a body, from which on fewer are a matter of taste
 EVEN = 0.5  # probability of none of the catalogue, where one law without a name does what one with a name does
+WORTH_A_WORD = 0.15  # the same, from which on it is told
+STANDS = 0.5  # the same, above which the law stands instead
 SHARPER = 0.1  # of the speed over which its sign changes: dry friction of a machine turns round faster than a screen needs
-SIMPLER = (
-    "{answer} would explain it, too, but one law at joint '{joint}' does as well with {fewer} numbers less: two causes that meet at one "
-    "joint may be one that has no name"
+OPEN = 10.0  # ratio of the bounds of a number that is looked for over decades, beyond which it is open
+INSTEAD = (
+    "{answer} would explain it, too, but a law without a name at {place}, {formula}, does {well}: it only acts like what is missing, or is "
+    "not alone"
 )
-ALIKE = "a law without a name at joint '{joint}', {formula}, does as well as {answer}, with {fewer} numbers less: it may be either"
+BESIDE = "a law without a name at {place}, {formula}, does nearly as well as {answer}: it may be either"
+Place = tuple[TargetKind, str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Instead:
-    """One law at a joint that does as well. fewer : numbers that it needs less."""
+class _Rival:
+    """A law at a place. better [nats] : than the answer, by chi-squared alone. cost, full_cost : d with the answer's numbers that are told,
+    and with all of them.
+    """
 
     law: Unknown
-    joint: str
+    place: Place
     judge: Judge
-    fewer: int
+    better: float
+    cost: float
+    full_cost: float
 
 
-def beside_one_law(
+def beside_nameless(
     evidence: Evidence,
     found: Found,
     machine: Machine,
@@ -54,78 +75,128 @@ def beside_one_law(
     floor: float,
     on_progress: Progress = None,
 ) -> tuple[Found, Unknown | None]:
-    """The answer beside one law without a name that does as well with fewer numbers: of several causes the law stands instead, and is
-    returned, too; one cause with many numbers at a body is only as likely as the law. The answer as it is where there is no such law.
+    """The answer beside laws without a name where it acts. The best of them stands instead, and is returned, too, where it is more likely
+    than not; else the answer is as likely as it leaves. As it is where no law can act, and where only numbers of the model are wrong.
 
     Parameters
     ----------
     evidence : beside the base model. found : an answer that names causes. floor : as of ``search``.
     """
+    if all(term.hypothesis.cause == "parameter" for term in found.setting) or len(found.terms) != len(found.setting):
+        return found, None
+    rivals = [
+        rival
+        for place in places_of(found.setting, machine, channels)
+        if (rival := _at_place(evidence, found, machine, scales, place, floor, on_progress)) is not None
+    ]
+    if not rivals:
+        return found, None
+    best = min(rivals, key=lambda one: one.cost)
     several = len(found.setting) > 1
-    if not several and not _is_wide(found.setting):
-        return found, None
-    one = _one_law(evidence, found, machine, scales, channels, floor, on_progress)
-    if one is None:
-        return found, None
+    none = _odds(best.cost, PRIOR_OF_SEVERAL if several else PRIOR)
+    if _is_wide(found.setting) and all(one.better < TIED for one in rivals):
+        none = min(EVEN, _odds(min(one.full_cost for one in rivals), 1.0))
     answer = " + ".join(term.hypothesis.title for term in found.setting)
-    if not several:
-        note = ALIKE.format(joint=one.joint, formula=one.law.formula, answer=answer, fewer=one.fewer)
-        return replace(with_doubt(found, EVEN), verdict="group", notes=(*found.notes, note)), None
-    note = SIMPLER.format(answer=answer, joint=one.joint, fewer=one.fewer)
-    instead = replace(
-        with_doubt(found, DOUBTED),
-        verdict="unknown",
-        setting=(),
-        terms=(),
-        evidence=one.judge.evidence,
-        chi2_after=one.judge.chi2,
-        degrees_after=one.judge.degrees,
-        notes=(*found.notes, note),
-    )
-    return instead, one.law
+    told = {"answer": answer, "formula": best.law.formula, "place": f"{best.place[0]} '{best.place[1]}'"}
+    if none > STANDS:
+        well = "better" if best.judge.chi2 < found.chi2_after else "as well with fewer numbers"
+        note = INSTEAD.format(**told, well=well)
+        instead = replace(
+            with_doubt(found, none),
+            verdict="unknown",
+            setting=(),
+            terms=(),
+            evidence=best.judge.evidence,
+            chi2_after=best.judge.chi2,
+            degrees_after=best.judge.degrees,
+            notes=(*found.notes, note),
+        )
+        return instead, best.law
+    if none < WORTH_A_WORD:
+        return with_doubt(found, none), None
+    verdict = found.verdict if found.verdict == "sensor_fault" else "group"
+    return replace(with_doubt(found, none), verdict=verdict, notes=(*found.notes, BESIDE.format(**told))), None
+
+
+def places_of(setting: Setting, machine: Machine, channels: Sequence[Channel]) -> list[Place]:
+    """Where one law could do what a setting does: the joints through which each of its terms may act, and the body that it acts on; of
+    several terms only where all of them may.
+    """
+    each = [list(dict.fromkeys(_places(term.hypothesis.cause, term.hypothesis.target_kind, term.hypothesis.target, machine, channels)))
+            for term in setting]  # fmt: skip
+    return [place for place in each[0] if all(place in others for others in each[1:])] if each else []
+
+
+def _places(cause: str, target_kind: str, target: str, machine: Machine, channels: Sequence[Channel]) -> Iterable[Place]:
+    joints = [j.name for j in machine.joints if j.kind in ("hinge", "prismatic")]
+    if cause == "sensor":
+        target = next((c.target for c in channels if c.name == target), "")
+    elif target_kind == "joint" and target == "*":
+        yield from (("joint", name) for name in joints)
+        return
+    driven = next((d.joint for d in machine.drives if d.name == target), target)
+    if driven in joints:
+        yield "joint", driven
+    elif target in {body.name for body in machine.bodies}:
+        yield from (("joint", name) for name in _carrying(machine, target) if name in joints)
+        yield "body", target
+
+
+def _carrying(machine: Machine, body: str) -> list[str]:
+    """Joints between a body and the world or the root, its own first."""
+    found, by_child = [], {j.child: j for j in machine.joints}
+    while body in by_child and by_child[body].name not in found:
+        found.append(by_child[body].name)
+        body = by_child[body].parent
+    return found
 
 
 def _is_wide(setting: Setting) -> bool:
-    """Whether it is one effect at a body with many numbers."""
-    return len(setting) == 1 and setting[0].hypothesis.target_kind == "body" and len(setting[0].hypothesis.free) >= MANY
+    """Whether it is one effect at a body with many numbers, and lasts."""
+    hypothesis = setting[0].hypothesis
+    return len(setting) == 1 and hypothesis.target_kind == "body" and len(hypothesis.free) >= MANY and not is_momentary(hypothesis)
 
 
-def _one_law(
-    evidence: Evidence, found: Found, machine: Machine, scales: Natural, channels: Sequence[Channel], floor: float, on_progress: Progress
-) -> _Instead | None:
-    """The law at the joint where all causes of an answer act, if it does as well."""
-    joint = shared_joint(found.setting, machine, channels)
-    if not joint:
-        return None
-    law = find_unknown(evidence, machine, scales, targets=[("joint", joint)], most=1, proven=False, on_progress=on_progress)
+def _odds(cost: float, prior: float) -> float:
+    """Probability of a law without a name by d."""
+    return float(expit(np.log(prior) - 0.5 * cost / calibration().temperature))
+
+
+def _at_place(
+    evidence: Evidence, found: Found, machine: Machine, scales: Natural, place: Place, floor: float, on_progress: Progress
+) -> _Rival | None:
+    """The best law without a name at a place, beside the answer."""
+    law = find_unknown(evidence, machine, scales, targets=[place], most=2, nameless=True, on_progress=on_progress)
     if law is None:
         return None
     shapes = [law.setting, sharper(law.setting, SHARPER)]
     judges = [Judge(evidence.relinearised(setting), setting, floor=floor) for setting in shapes]
     judge = min(judges, key=lambda one: one.chi2)
-    fewer = sum(len(term.hypothesis.free) for term in found.setting) - law.numbers
-    if fewer < 1 or (judge.chi2 - found.chi2_after) / found.kappa > fewer * np.log(max(judge.degrees, 2.0)):
-        return None
-    return _Instead(law=replace(law, setting=judge.on_top), joint=joint, judge=judge, fewer=fewer)
+    least = min(judge.chi2 / max(judge.degrees, 1.0), found.chi2_after / max(found.degrees_after, 1.0))
+    more = (judge.chi2 - found.chi2_after) / max(floor, least)
+    each = np.log(max(judge.degrees, 2.0))
+    return _Rival(
+        law=replace(law, setting=judge.on_top),
+        place=place,
+        judge=judge,
+        better=-0.5 * more,
+        cost=more + (law.numbers - sum(_told(term) for term in found.terms)) * each,
+        full_cost=more + (law.numbers - sum(len(term.term.hypothesis.free) for term in found.terms)) * each,
+    )
 
 
-def shared_joint(setting: Setting, machine: Machine, channels: Sequence[Channel]) -> str:
-    """The joint at which all terms of a setting act: on it, on its drive, on a sensor of it, or on the body that it alone lets move; ''
-    if there is none.
-    """
-    joints = {j.name for j in machine.joints}
-    moving = moving_bodies(machine)
-    of_body = {j.child: j.name for j in machine.joints if j.child in moving and j.parent not in moving and j.kind in ("hinge", "prismatic")}
-    of_drive = {d.name: d.joint for d in machine.drives}
-    of_channel = {c.name: c.target for c in channels}
-    places = set()
-    for term in setting:
-        target = term.hypothesis.target
-        if term.hypothesis.cause == "sensor":
-            place = of_channel.get(target, "")
-        elif term.hypothesis.target_kind == "body":
-            place = of_body.get(target, "")
-        else:
-            place = of_drive.get(target, target)
-        places.add(place if place in joints else "")
-    return places.pop() if len(places) == 1 else ""
+def _told(named: NamedTerm) -> int:
+    """Numbers of a term that cost something: those that the recordings tell, of what is about a moment all; at least one."""
+    free = named.term.hypothesis.free
+    if is_momentary(named.term.hypothesis):
+        return len(free)
+    return max(1, sum(_is_told(number, estimate) for number, estimate in zip(free, named.estimates, strict=True)))
+
+
+def _is_told(number: FreeNumber, estimate: Estimate) -> bool:
+    low, high = estimate.low, estimate.high
+    if number.amplitude:
+        return not low <= number.absent <= high
+    if number.search == "scale":
+        return low > 0 and high < OPEN * low
+    return high - low < max(number.spread, 0.0) or number.search == "order"

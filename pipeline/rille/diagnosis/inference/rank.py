@@ -3,9 +3,9 @@
 Of each fold f the numbers that all other folds prefer follow from the quadratic expansion at the fit, without new replays:
 delta_f = argmin of |w + J delta|^2 over the other folds within the bounds; the residual held out is w_f + J_f delta_f. Log-likelihoods are
 -chi2/(2 kappa) with the over-dispersion kappa of the best setting. A setting whose numbers rest on one fold or two alone (a push, a patch
-that is crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978), and has no credit at all where it leaves a gross
-misfit: a push that a wrong model asks for is no push. Neither is one held out that changes the recordings as such a setting does: a law
-before a gear and the same law behind it are judged alike.
+that is crossed once) cannot be held out; it is charged (k/2) log n instead (Schwarz 1978), for the k numbers that it tells, and has no
+credit at all where it leaves a gross misfit: a push that a wrong model asks for is no push. Neither is one held out that changes the
+recordings as such a setting does: a law before a gear and the same law behind it are judged alike.
 
 Standard errors of a difference in log-likelihood: if a is right, its residual is noise, so the difference deviates from what is expected by
 e_w = <a, b - a>_w / kappa in window w. The error is the root of the sum of e_w^2, over windows or over stretches of them, whichever is
@@ -76,7 +76,7 @@ def rank(evidence: Evidence, fitted: Sequence[Fitted], *, on_top: Setting = (), 
     stack = np.empty((len(fitted) + 1, len(judge.base)), dtype=np.float32)
     stack[0] = judge.base
     alone = np.zeros(len(fitted) + 1, dtype=bool)
-    sizes = np.array([0] + [one.count for one in fitted])
+    sizes = np.array([0.0] + [one.told for one in fitted])
     chi2 = np.array([judge.chi2] + [one.chi2 for one in fitted])
     for i, one in enumerate(fitted, start=1):
         stack[i], alone[i] = held_out(one, edges, fold)

@@ -40,7 +40,7 @@ PART, FEW_WINDOWS = 8, (2, 24)  # one of so many windows is looked at first, but
 FEW_SECONDS = 6.0  # [s] that these windows last together, at least
 BEST_SHAPES = 2
 RIPPLES = ("order", "phase")  # numbers of what is faster than large steps
-BETWEEN = 9  # values between the neighbours of the best one that was tried
+BETWEEN, CLOSER = 9, 5  # values between the neighbours of the best one that was tried, and how often, at most, with the first ones
 SCANNED, SCANNED_FROM = 6, 0.05  # amplitudes of a scan, and its smallest in terms of the trial
 SCANS, CLOSE = 4, 1.002  # scans, each closer about the best; ratio of neighbours below which they are close enough
 
@@ -217,23 +217,27 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
     if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     behind = _is_enough(judge, max(found)) and not hypothesis.is_local and max(promised, kept) < BESIDE_ENOUGH * max(found)
-    for number in hypothesis.free if offers and not behind else ():
+    for number in hypothesis.free if trials and closely and not behind else ():  # of what is far off nothing near tells
         tried: Sequence[float] = number.tries
-        while tried:
-            scanned = [offers[0][1] | {number.name: value} for value in tried]
+        known = sorted(tried)
+        for _ in range(CLOSER if tried else 0):
+            best = offers[0] if offers else (0.0, hypothesis.at().numbers)
+            scanned = [{**best[1], number.name: value} for value in tried]
             blocks = yield [(*judge.on_top, hypothesis.at(values)) for values in scanned]
             more = _as_found(judge, blocks, scanned)
-            tried = _between(number, more[0][1][number.name]) if tried is number.tries and more[0][0] > offers[0][0] else ()
             offers = sorted(offers + more, key=lambda offer: -offer[0])[:BEST_SHAPES]
+            if more[0][0] <= best[0]:
+                break
+            tried = _between(known, more[0][1][number.name])
+            known = sorted({*known, *tried})
     shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
     return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
 
 
-def _between(number: FreeNumber, best: float) -> list[float]:
-    """Values between the neighbours of the best of ``number.tries``."""
-    ordered = sorted(number.tries)
-    k = ordered.index(best)
-    return [float(v) for v in np.linspace(ordered[max(k - 1, 0)], ordered[min(k + 1, len(ordered) - 1)], BETWEEN) if v != best]
+def _between(known: Sequence[float], best: float) -> list[float]:
+    """Values between the neighbours of the best of those that are known, in their order."""
+    k = known.index(best)
+    return [float(v) for v in np.linspace(known[max(k - 1, 0)], known[min(k + 1, len(known) - 1)], BETWEEN) if v != best]
 
 
 def _as_found(judge: Judge, blocks: Array, points: Sequence[Values]) -> list[tuple[float, Values]]:

@@ -79,7 +79,7 @@ def search(
             return _answer(state, kinds or {}, verdict)
         group = [i for i in state.standing.confounded.order if state.standing.confounded.number[i] == 0]
         open_ones = {t.hypothesis.title for i in group for t in state.standing.fitted[i - 1].setting}
-        against, other = doubt(state.judge, hypotheses, open_ones, on_progress)
+        against, other = doubt(state.judge, hypotheses, open_ones, state.first.chi2 - state.judge.chi2, on_progress)
         answer = _answer(state, kinds or {}, verdict)
         if not against and not (against := vague(answer.terms)):
             return answer

@@ -83,7 +83,7 @@ def find_unknown(
     setting: Setting = (),
     targets: Sequence[tuple[TargetKind, str]] = (),
     most: int = 3,
-    proven: bool = True,
+    nameless: bool = False,
     on_progress: Progress = None,
 ) -> Unknown | None:
     """The formula at one target that explains held-out windows best.
@@ -91,13 +91,13 @@ def find_unknown(
     Parameters
     ----------
     setting : what is accepted already; the formula comes on top. targets : where to look, ("joint", name) ...; () all joints, the root
-        body and all wheels together. most : laws in the sum. proven : False: the first law need not predict windows that it was not fitted
-        to.
+        body and all wheels together. most : laws in the sum. nameless : only laws that the catalogue does not hold; the best of them, be it
+        worth little: to be compared with something else.
 
     Returns
     -------
-    None if no law is worth two standard errors (where it is to be proven), or all together explain less than a tenth of what is beyond the
-    noise.
+    None if no law is worth two standard errors, or all together explain less than a tenth of what is beyond the noise; if ``nameless``, if
+    no law changes anything.
     """
     places = list(targets) or _everywhere(machine)
     metric = Metric(evidence.window, evidence.start_gain)
@@ -106,7 +106,8 @@ def find_unknown(
     for number, (kind, target) in enumerate(places):
         if on_progress:
             on_progress(number, len(places), f"formulas for {target}")
-        chosen = _at_target(evidence, metric, base, laws_of(machine, scales, kind, target), setting, most, proven)
+        laws = [law for law in laws_of(machine, scales, kind, target) if not (nameless and law.named)]
+        chosen = _at_target(evidence, metric, base, laws, setting, most, proven=not nameless)
         if chosen is not None and (best is None or chosen.gain > best.gain):
             best = chosen
     if best is None:
@@ -119,7 +120,7 @@ def find_unknown(
         fitted, left = _refitted(better, again, fitted, setting, float(row @ row) * (1 + 1e-9))
     excess = float(base @ base) - float(np.sum(metric.degrees))
     explained = (float(base @ base) - left) / excess if excess > 0 else 0.0
-    if explained < LEAST:
+    if explained < LEAST and not nameless:
         return None
     law = fitted.laws[0]
     formula = in_words(fitted.laws, fitted.numbers.tolist())
@@ -150,7 +151,7 @@ def _everywhere(machine: Machine) -> list[tuple[TargetKind, str]]:
 
 
 def _at_target(
-    evidence: Evidence, metric: Metric, base: Array, laws: Sequence[Law], setting: Setting, most: int, proven: bool
+    evidence: Evidence, metric: Metric, base: Array, laws: Sequence[Law], setting: Setting, most: int, *, proven: bool
 ) -> _Chosen | None:
     """Forward selection among the laws of one target."""
     if not laws:
