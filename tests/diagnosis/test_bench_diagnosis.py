@@ -8,6 +8,7 @@ import pytest
 
 from bench_rigs import KINDS, LUGGED, SLIPS, WHEEL, made_rig
 from effect_rigs import LUNAR_SOIL
+from rille.diagnosis.answer.prove import NOT_CARRIED
 from rille.diagnosis.bench.bench_calibration import calibrate, plain
 from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
 from rille.diagnosis.bench.bench_evidence import gather_bench
@@ -276,3 +277,17 @@ def test_each_of_two_pieces_may_be_another():
     made = diagnosed(made_rig(planted=both, wheel=LUGGED, known=False, angles=(0.0,), slips=(-0.1, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7)))
     answers = [{t.term.hypothesis.kind for t in row.terms} for row in made.ranked if row.group == 0]
     assert {"grouser_thrust", "sinkage_transient"} in answers
+
+
+def test_what_leaves_much_of_what_was_held_out_is_not_named():
+    """The law of the fitted points alone leaves nothing of a rig that has it, too; where another law acts there besides, a fifth."""
+    law = planted("slip_sinkage", slip_gain=0.15)
+    fitted = made_rig(planted=law)
+    alike = diagnosed(fitted, held_out=[made_rig(planted=law, seed=5)])
+    assert alike.verdict == "named"
+    assert alike.proof.left == 0.0
+    other = diagnosed(fitted, held_out=[made_rig(planted=(*law, *planted("lateral_bulldozing", efficiency=0.8)), seed=5)])
+    assert other.verdict == "unknown"
+    assert 0.15 < other.proof.left < 0.3
+    assert other.ranked[0].probability < 0.5 < alike.ranked[0].probability
+    assert NOT_CARRIED in other.notes

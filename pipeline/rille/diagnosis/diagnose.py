@@ -10,7 +10,7 @@ from rille.diagnosis.answer.decide import decided
 from rille.diagnosis.answer.limits import limits
 from rille.diagnosis.answer.locate import locate
 from rille.diagnosis.answer.next_experiment import next_experiments
-from rille.diagnosis.answer.prove import carries_over, prove
+from rille.diagnosis.answer.prove import NOT_CARRIED, carries_over, none_by, prove
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.comparison.difference import find_difference
@@ -28,7 +28,6 @@ from rille.diagnosis.inference.nameless import beside_nameless
 from rille.diagnosis.inference.patches import patch_tries, window_places
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.inference.unknown import Unknown, find_unknown
-from rille.diagnosis.inference.weights import none_of_these
 from rille.diagnosis.second_look import EDGES, LEAST, SEAM, Look, may_hide, takes_over
 from rille.diagnosis.staged import Progress, Stage, Staged, Told, at_once
 from rille.diagnosis.starts.noise_floor import shared_noise
@@ -43,7 +42,6 @@ from rille.model.recording import Recording
 Noise = dict[str, tuple[float, str]]
 MOST_ENDED = 0.5  # share of the windows that may end early
 MOST_RIVALS = 4  # members of a group that experiments are planned for
-NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 CLEARLY = 2.0  # times its noise: a channel that is off by so much is no false alarm
 HIDDEN = (
     "a channel differs by {size:.2g} times its noise, but other starts of the windows would explain that as well: it may be something "
@@ -157,9 +155,8 @@ def _diagnosed(
         shown = {"terms": found.terms, "training": (base, improved)}
         proof, _ = run.run("proof", 0.8, 0.95, lambda told: prove(simulators, parts, setting, **like, **shown, on_progress=told))
     if proof is not None and found.verdict in NAMING:
-        none = none_of_these(proof.left) if math.isfinite(proof.left) else 0.0
-        found = with_doubt(found, none)
-        if none > 0.5 or not carries_over(proof, pieces=len(found.setting)):
+        found = with_doubt(found, none_by(proof))
+        if not carries_over(proof, pieces=len(found.setting)):
             found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
     return Look(_answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict), base)

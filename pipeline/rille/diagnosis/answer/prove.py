@@ -16,6 +16,7 @@ from rille.diagnosis.evidence.held_out import Parts
 from rille.diagnosis.evidence.part_comparison import comparison_of
 from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
 from rille.diagnosis.inference.accept import SIGNIFICANT
+from rille.diagnosis.inference.weights import none_of_these
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import ChannelFit, NamedTerm, Proof
 from rille.model.hypothesis import Setting
@@ -29,6 +30,8 @@ HARM = 0.1  # of the gap: what surely closes less than that, and widens it by as
 SEEN = 2.0  # standard deviations of chi-squared from which on an excess is one
 FINER = (4, 16)  # times finer than the model's own step, where what is left may be the step's
 LESS = 0.98  # of the root mean square, that a finer step must leave at most to be taken
+LIKELIER = 0.5  # probability of none of the catalogue, beyond which nothing of it is named
+NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
 
 
@@ -134,16 +137,21 @@ def _gap(before: NDArray[Any], after: NDArray[Any]) -> Any:
 
 
 def _left(before: Array, after: Array, floor: float) -> float:
-    """Share of the excess beyond noise that stays, chance set aside; where there was none, 1 if now there is, else NaN.
-
-    before, after : (2, W) chi-squared and degrees. floor : chi-squared per degree of noise.
-    """
+    """``left_share`` of windows. before, after : (2, W) chi-squared and degrees. floor : chi-squared per degree of noise."""
     (c0, d0), (c1, d1) = before.sum(axis=1), after.sum(axis=1)
-    excess, rest = c0 - floor * d0, c1 - floor * d1
     chance = [floor * float(np.sqrt(2.0 * max(d, 1.0))) for d in (d0, d1)]
-    if excess <= SEEN * chance[0]:
-        return 1.0 if rest > max(SIGNIFICANT * chance[1], 2.0 * max(excess, 0.0)) else float("nan")
-    return min(1.0, max(0.0, rest - SEEN * chance[1]) / excess)
+    return left_share((c0 - floor * d0, c1 - floor * d1), (chance[0], chance[1]))
+
+
+def left_share(excess: tuple[float, float], chance: tuple[float, float]) -> float:
+    """Share of the excess of chi-squared that stays, chance set aside; where there was none, 1 if now there is, else NaN.
+
+    excess : beyond noise, before and after. chance : standard deviations of chi-squared, before and after.
+    """
+    before, after = excess
+    if before <= SEEN * chance[0]:
+        return 1.0 if after > max(SIGNIFICANT * chance[1], 2.0 * max(before, 0.0)) else float("nan")
+    return min(1.0, max(0.0, after - SEEN * chance[1]) / before)
 
 
 def _interval(before: Array, after: Array) -> tuple[float, float]:
@@ -185,11 +193,18 @@ def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelF
     ]
 
 
+def none_by(proof: Proof) -> float:
+    """Probability of none of the catalogue, by what is left of what was held out; 0 where nothing was to be explained there."""
+    return none_of_these(proof.left) if np.isfinite(proof.left) else 0.0
+
+
 def carries_over(proof: Proof, *, pieces: int = 1) -> bool:
-    """Whether the answer may hold for what it was not fitted to. Not where that is plainly beyond the noise, and stays so: the share that
-    is left is surely more than the catalogue may leave unnamed. Nor where it surely closes nothing of the gap, and widens it on the whole.
-    Nor where several pieces together, which fit anything better, may close nothing of it.
+    """Whether the answer may hold for what it was not fitted to.
+
+    Not where so much is left that none of the catalogue is likelier. Nor where that is plainly beyond the noise, and stays so: the share
+    that is left is surely more than the catalogue may leave unnamed. Nor where it surely closes nothing of the gap, and widens it on the
+    whole. Nor where several pieces together, which fit anything better, may close nothing of it.
     """
     if (pieces > 1 and proof.low <= 0) or (proof.high < HARM and proof.gap_closed < -HARM):
         return False
-    return not (proof.before > PLAIN and proof.high < LEAST_GAP)
+    return none_by(proof) <= LIKELIER and not (proof.before > PLAIN and proof.high < LEAST_GAP)

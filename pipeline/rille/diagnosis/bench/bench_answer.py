@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import t as t_distribution
 
+from rille.diagnosis.answer.prove import left_share
 from rille.diagnosis.bench.bench_calibration import Calibrated, free_numbers
 from rille.diagnosis.bench.bench_evidence import BenchEvidence
 from rille.diagnosis.bench.bench_hypotheses import unit_of_soil
@@ -188,9 +189,17 @@ def proof(
         after=root_mean_square(after),
         floor=1.0,
         held_out=how,
+        left=_left(evidence, before, after),
         channels=tuple(rows),
         ablation=ablation,
     )
+
+
+def _left(evidence: BenchEvidence, before: Array, after: Array) -> float:
+    """``left_share`` of residuals (N,), whose noise may not be known well."""
+    n = len(after)
+    chance = float(np.hypot(np.sqrt(2.0 * n), evidence.noise_error))
+    return left_share((float(before @ before) - n, float(after @ after) - n), (chance, chance))
 
 
 def ablation(evidence: BenchEvidence, found: BenchFound) -> tuple[tuple[str, float], ...]:

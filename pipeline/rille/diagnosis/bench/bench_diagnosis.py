@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rille.diagnosis.answer.data_problems import data_problems
-from rille.diagnosis.answer.prove import carries_over
+from rille.diagnosis.answer.prove import NOT_CARRIED, carries_over, none_by
 from rille.diagnosis.answer.statement import statement
 from rille.diagnosis.bench.bench_answer import ablation, accepted_terms, applied, proof, ranking, soil_terms
 from rille.diagnosis.bench.bench_calibration import calibrate_shared, free_numbers, plain
@@ -19,7 +19,8 @@ from rille.diagnosis.bench.bench_rig import BenchRig, responses
 from rille.diagnosis.bench.bench_search import BenchFound, search_bench, simpler
 from rille.diagnosis.comparison.bench_difference import compare_bench
 from rille.diagnosis.comparison.difference import find_difference
-from rille.diagnosis.inference.weights import probabilities
+from rille.diagnosis.inference.found import less_probable
+from rille.diagnosis.inference.weights import none_of_these, probabilities
 from rille.model import EffectKind
 from rille.model.comparison import Comparison
 from rille.model.diagnosis import NAMING, Diagnosis, Experiment, Group, Location, NamedTerm, Proof, RankedHypothesis, TargetScore, Verdict
@@ -138,8 +139,11 @@ def diagnose_bench(
     on_progress("proof", 0.92)
     proven: Proof | None = stage("proof", lambda: _proof(evidence, rigs, found, held_out))
     on_progress("planning the next points", 0.96)
-    if proven is not None and held_out and verdict in NAMING and not carries_over(proven):
-        verdict = "unknown"
+    if proven is not None and held_out and verdict in NAMING:
+        factor = (1.0 - none_by(proven)) / (1.0 - none_of_these(found.leftover))
+        ranked, groups = less_probable(ranked, groups, min(factor, 1.0))
+        if not carries_over(proven):
+            verdict, notes = "unknown", (*notes, NOT_CARRIED)
     experiments: tuple[Experiment, ...] = stage("experiments", lambda: _experiments(evidence, found, groups))
     stage("improved", lambda: [_compared(rig, found.best.whole.setting, model) for rig in rigs])
     limits = (*((limit,) if limit else ()), *limits)

@@ -131,12 +131,17 @@ def with_doubt(found: Found, none: float) -> Found:
     """The answer with at least this probability of none of the catalogue; all others in proportion."""
     if none <= found.nothing:
         return found
-    factor = (1.0 - none) / max(1.0 - found.nothing, 1e-12)
-    return replace(
-        found,
-        nothing=none,
-        ranked=tuple(replace(row, probability=row.probability * factor) for row in found.ranked),
-        groups=tuple(replace(group, probability=group.probability * factor) for group in found.groups),
+    ranked, groups = less_probable(found.ranked, found.groups, (1.0 - none) / max(1.0 - found.nothing, 1e-12))
+    return replace(found, nothing=none, ranked=ranked, groups=groups)
+
+
+def less_probable(
+    ranked: Sequence[RankedHypothesis], groups: Sequence[Group], factor: float
+) -> tuple[tuple[RankedHypothesis, ...], tuple[Group, ...]]:
+    """Alternatives and their groups with probabilities times a factor."""
+    return (
+        tuple(replace(row, probability=row.probability * factor) for row in ranked),
+        tuple(replace(group, probability=group.probability * factor) for group in groups),
     )
 
 

@@ -16,7 +16,7 @@ One cause with many numbers at a body (a cable that comes taut) follows any spri
 fewer numbers, told or not, the two are even.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,7 +32,7 @@ from rille.diagnosis.inference.moments import is_momentary
 from rille.diagnosis.inference.unknown import Progress, Unknown, find_unknown
 from rille.diagnosis.inference.weights import calibration
 from rille.model.diagnosis import Estimate, NamedTerm
-from rille.model.hypothesis import FreeNumber, Setting
+from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
 from rille.model.machine import Machine
 from rille.model.recording import Channel
 
@@ -120,26 +120,23 @@ def beside_nameless(
 
 def places_of(setting: Setting, machine: Machine, channels: Sequence[Channel]) -> list[Place]:
     """Where one law could do what a setting does: the joints through which each of its terms may act, and the body that it acts on; of
-    several terms only where all of them may.
+    several terms only where all of them may. What acts on all joints acts on any that another term is at, and has no place of its own.
     """
-    each = [list(dict.fromkeys(_places(term.hypothesis.cause, term.hypothesis.target_kind, term.hypothesis.target, machine, channels)))
-            for term in setting]  # fmt: skip
+    each = [_places(term.hypothesis, machine, channels) for term in setting if term.hypothesis.target != "*"]
     return [place for place in each[0] if all(place in others for others in each[1:])] if each else []
 
 
-def _places(cause: str, target_kind: str, target: str, machine: Machine, channels: Sequence[Channel]) -> Iterable[Place]:
+def _places(hypothesis: Hypothesis, machine: Machine, channels: Sequence[Channel]) -> list[Place]:
     joints = [j.name for j in machine.joints if j.kind in ("hinge", "prismatic")]
-    if cause == "sensor":
+    target = hypothesis.target
+    if hypothesis.cause == "sensor":
         target = next((c.target for c in channels if c.name == target), "")
-    elif target_kind == "joint" and target == "*":
-        yield from (("joint", name) for name in joints)
-        return
     driven = next((d.joint for d in machine.drives if d.name == target), target)
     if driven in joints:
-        yield "joint", driven
-    elif target in {body.name for body in machine.bodies}:
-        yield from (("joint", name) for name in _carrying(machine, target) if name in joints)
-        yield "body", target
+        return [("joint", driven)]
+    if target not in {body.name for body in machine.bodies}:
+        return []
+    return [*(("joint", name) for name in _carrying(machine, target) if name in joints), ("body", target)]
 
 
 def _carrying(machine: Machine, body: str) -> list[str]:
