@@ -194,11 +194,15 @@ class Part:
         models, own = self._models(settings)
         plans = [self._plan(sensor_terms(setting)) for setting in settings]
         plain: dict[int, list[int]] = {}
+        courses: dict[int, Any] = {}
         for k, (model, plan) in enumerate(zip(own, plans, strict=True)):
             if model is None:
                 continue
             if plan.reread:
-                result[k] = self._displaced(models[model], plan, self._residual(self._reread(models[model], plan), plan))
+                if model not in courses and not models[model].has_memory:
+                    courses[model] = self._course(models[model])
+                read = self._reread(models[model], plan, courses.get(model))
+                result[k] = self._displaced(models[model], plan, self._residual(read, plan))
             else:
                 plain.setdefault(model, []).append(k)
         for memory in ("none", "fading", "lasting"):
@@ -310,16 +314,21 @@ class Part:
         along = np.array([standard[:, c, order] for c, order in self.columns]).reshape(len(self.columns), len(standard))
         return [np.einsum("km,km->m", slopes, along[:, s.window]) for s, slopes in zip(self.samples, self.slopes, strict=True)]
 
+    def _course(self, model: Any) -> Any:
+        """Trajectories of a model without memory from the fitted starts; those of the base model are kept."""
+        if model is not self.simulator:
+            return model.trajectories(self.states, self.last, [s.channel for s in self.samples])
+        return self._own_course
+
     @cached_property
-    def _course(self) -> Any:
-        """Trajectories of the base model from the fitted starts."""
+    def _own_course(self) -> Any:
         return self.simulator.trajectories(self.states, self.last, [s.channel for s in self.samples])
 
-    def _reread(self, model: Any, plan: _Plan) -> list[Array]:
-        """Of each channel (m,) what a model says from the fitted starts at the instants that were true."""
+    def _reread(self, model: Any, plan: _Plan, course: Any = None) -> list[Array]:
+        """Of each channel (m,) what a model says from the fitted starts at the instants that were true; read from its course, if given."""
         picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
-        if model is self.simulator and not model.has_memory:
-            return self._course.read(picks)
+        if course is not None:
+            return course.read(picks)
         return [answer[0] for answer in model.predict(self.states[None], self.last, [s.channel for s in self.samples], picks)]
 
     def _displaced(self, model: Any, plan: _Plan, left: Array) -> Array:

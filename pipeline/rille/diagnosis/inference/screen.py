@@ -142,6 +142,9 @@ def screen(
     for rough, own in few.items():
         here = [k for k, one in enumerate(roughly) if one == rough]
         found |= dict(zip(here, ask_together(own, [questions[k] for k in here], tell), strict=True))
+        if len(loud) and not _is_enough(own, max(drops[rough])):
+            far = [k for k in here if closely[k] and _may_be_far(hypotheses[k], found[k])]
+            found |= dict(zip(far, ask_together(own, [_far_off(own, hypotheses[k], found[k]) for k in far]), strict=True))
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
     proposals = _beside_the_best(hypotheses, [found[k] for k in range(len(hypotheses))], list(few.values()))
     signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
@@ -217,7 +220,30 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
     if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     behind = _is_enough(judge, max(found)) and not hypothesis.is_local and max(promised, kept) < BESIDE_ENOUGH * max(found)
-    for number in hypothesis.free if trials and closely and not behind else ():  # of what is far off nothing near tells
+    if offers and not behind:
+        offers = yield from _tried(judge, hypothesis, offers)
+    shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
+    return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
+
+
+def _may_be_far(hypothesis: Hypothesis, near: _Proposal) -> bool:
+    """Whether a hypothesis acts, promises nothing near where it is absent, and has values that are to be tried."""
+    return not near.silent and not near.offers and any(number.tries for number in hypothesis.free)
+
+
+def _far_off(judge: Judge, hypothesis: Hypothesis, near: _Proposal) -> Inquiry[_Proposal]:
+    """What a hypothesis promises far from where it is absent, of which nothing near it tells: a clock that is off by turns of what moves.
+
+    near : what it promises there, which is nothing.
+    """
+    offers = yield from _tried(judge, hypothesis, [])
+    least = least_promise(judge)
+    return replace(near, offers=tuple((drop / judge.chi2, values) for drop, values in offers if drop > least))
+
+
+def _tried(judge: Judge, hypothesis: Hypothesis, offers: list[tuple[float, Values]]) -> Inquiry[list[tuple[float, Values]]]:
+    """Offers, and better ones among the values that its numbers name, closer and closer about the best as long as that promises more."""
+    for number in hypothesis.free:
         tried: Sequence[float] = number.tries
         known = sorted(tried)
         for _ in range(CLOSER if tried else 0):
@@ -230,8 +256,7 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
                 break
             tried = _between(known, more[0][1][number.name])
             known = sorted({*known, *tried})
-    shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
-    return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
+    return offers
 
 
 def _between(known: Sequence[float], best: float) -> list[float]:
