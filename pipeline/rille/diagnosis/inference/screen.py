@@ -136,15 +136,14 @@ def screen(
     loud = loud_channels(judge)
     closely = [h.is_local or not len(loud) or may_show(h, evidence.channels, loud) for h in hypotheses]
     each = zip(hypotheses, shapes, closely, roughly, strict=True)
-    drops: dict[bool, list[float]] = {rough: [0.0] for rough in few}
-    questions = [_propose(few[rough], h, tried, close, drops[rough]) for h, tried, close, rough in each]
+    questions = [_propose(few[rough], h, tried, close) for h, tried, close, rough in each]
     found = {}
     for rough, own in few.items():
         here = [k for k, one in enumerate(roughly) if one == rough]
         found |= dict(zip(here, ask_together(own, [questions[k] for k in here], tell), strict=True))
-        if len(loud) and not _is_enough(own, max(drops[rough])):
-            far = [k for k in here if closely[k] and _may_be_far(hypotheses[k], found[k])]
-            found |= dict(zip(far, ask_together(own, [_far_off(own, hypotheses[k], found[k]) for k in far]), strict=True))
+        most = max((share for k in here for share, _ in found[k].offers), default=0.0) * own.chi2
+        tried = [k for k in here if _is_tried(own, hypotheses[k], found[k], closely[k] and len(loud) > 0, most)]
+        found |= dict(zip(tried, ask_together(own, [_tried(own, hypotheses[k], found[k]) for k in tried]), strict=True))
     tell = None if on_progress is None else (lambda share: on_progress("screening", 0.5 + 0.5 * share))
     proposals = _beside_the_best(hypotheses, [found[k] for k in range(len(hypotheses))], list(few.values()))
     signatures = ask_together(judge, [_verify(judge, h, p) for h, p in zip(hypotheses, proposals, strict=True)], tell)
@@ -200,11 +199,10 @@ def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
     return kept
 
 
-def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], closely: bool, found: list[float]) -> Inquiry[_Proposal]:
+def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], closely: bool) -> Inquiry[_Proposal]:
     """Values at which the hypothesis explains most of these windows.
 
     closely : all shapes are tried, and the amplitude is scanned where the linear promise is not kept; else the first shape alone.
-    found : drops of chi-squared that this and others have kept; those of one shape that are far behind one that is enough try no others.
     """
     shapes = shapes if closely else shapes[:1]
     trials = yield from _felt_trials(judge, hypothesis, shapes)
@@ -215,34 +213,32 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
         blocks = yield [(*judge.on_top, hypothesis.at(values)) for _, values in offers]
         offers = _as_found(judge, blocks, [values for _, values in offers])
     kept = offers[0][0] if offers else 0.0
-    found.append(kept)
     broken = kept < KEPT * promised and promised > WORTH_A_SCAN * judge.excess
     if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
-    behind = _is_enough(judge, max(found)) and not hypothesis.is_local and max(promised, kept) < BESIDE_ENOUGH * max(found)
-    if offers and not behind:
-        offers = yield from _tried(judge, hypothesis, offers)
-    shares = tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
-    return _Proposal(offers=shares, linear=(promised / judge.chi2, linear[0][1]) if linear else None, tries=len(shapes), silent=not trials)
+    linear_share = (promised / judge.chi2, linear[0][1]) if linear else None
+    return _Proposal(offers=_shares(judge, offers), linear=linear_share, tries=len(shapes), silent=not trials)
 
 
-def _may_be_far(hypothesis: Hypothesis, near: _Proposal) -> bool:
-    """Whether a hypothesis acts, promises nothing near where it is absent, and has values that are to be tried."""
-    return not near.silent and not near.offers and any(number.tries for number in hypothesis.free)
+def _is_tried(judge: Judge, hypothesis: Hypothesis, near: _Proposal, far: bool, most: float) -> bool:
+    """Whether the values that numbers name are tried: not of what is far behind one that is enough, nor of what promises nothing near where
+    it is absent, unless it may be far from there.
 
-
-def _far_off(judge: Judge, hypothesis: Hypothesis, near: _Proposal) -> Inquiry[_Proposal]:
-    """What a hypothesis promises far from where it is absent, of which nothing near it tells: a clock that is off by turns of what moves.
-
-    near : what it promises there, which is nothing.
+    near : what it promises there. far : whether it may be. most : drop of chi-squared that the best has kept.
     """
-    offers = yield from _tried(judge, hypothesis, [])
-    least = least_promise(judge)
-    return replace(near, offers=tuple((drop / judge.chi2, values) for drop, values in offers if drop > least))
+    if near.silent or not any(number.tries for number in hypothesis.free):
+        return False
+    promised = max((share for share, _ in (*near.offers, *([near.linear] if near.linear is not None else []))), default=0.0) * judge.chi2
+    if _is_enough(judge, most) and not hypothesis.is_local:
+        return promised >= BESIDE_ENOUGH * most
+    return promised > 0 or far
 
 
-def _tried(judge: Judge, hypothesis: Hypothesis, offers: list[tuple[float, Values]]) -> Inquiry[list[tuple[float, Values]]]:
-    """Offers, and better ones among the values that its numbers name, closer and closer about the best as long as that promises more."""
+def _tried(judge: Judge, hypothesis: Hypothesis, near: _Proposal) -> Inquiry[_Proposal]:
+    """A proposal, with better offers among the values that its numbers name, closer and closer about the best as long as that promises
+    more: of what is far off, a clock by turns of what moves, nothing near tells.
+    """
+    offers = [(share * judge.chi2, values) for share, values in near.offers]
     for number in hypothesis.free:
         tried: Sequence[float] = number.tries
         known = sorted(tried)
@@ -256,7 +252,13 @@ def _tried(judge: Judge, hypothesis: Hypothesis, offers: list[tuple[float, Value
                 break
             tried = _between(known, more[0][1][number.name])
             known = sorted({*known, *tried})
-    return offers
+    return replace(near, offers=_shares(judge, offers))
+
+
+def _shares(judge: Judge, offers: Sequence[tuple[float, Values]]) -> tuple[tuple[float, Values], ...]:
+    """Offers that are worth a run in all windows, with the share of chi-squared that they take away."""
+    least = least_promise(judge)
+    return tuple((drop / judge.chi2, values) for drop, values in offers if drop > least)
 
 
 def _between(known: Sequence[float], best: float) -> list[float]:
