@@ -42,6 +42,7 @@ EVEN = 0.5  # probability of none of the catalogue, where one law without a name
 WORTH_A_WORD = 0.15  # the same, from which on it is told
 STANDS = 0.5  # the same, above which the law stands instead
 SHARPER = 0.1  # of the speed over which its sign changes: dry friction of a machine turns round faster than a screen needs
+BEHIND = 0.2  # share of what is beyond the noise, that a law explains less than the answer, from which on other starts cannot help it
 OPEN = 10.0  # ratio of the bounds of a number that is looked for over decades, beyond which it is open
 INSTEAD = (
     "{answer} would explain it, too, but a law without a name at {place}, {formula}, does {well}: it only acts like what is missing, or is "
@@ -162,9 +163,9 @@ def _odds(cost: float, prior: float) -> float:
 def _at_place(
     evidence: Evidence, found: Found, machine: Machine, scales: Natural, place: Place, floor: float, on_progress: Progress
 ) -> _Rival | None:
-    """The best law without a name at a place, beside the answer."""
+    """The best law without a name at a place, beside the answer; None if none changes anything, or the best is far behind."""
     law = find_unknown(evidence, machine, scales, targets=[place], most=2, nameless=True, on_progress=on_progress)
-    if law is None:
+    if law is None or law.explained < _explained(found) - BEHIND:
         return None
     shapes = [law.setting, sharper(law.setting, SHARPER)]
     judges = [Judge(evidence.relinearised(setting), setting, floor=floor) for setting in shapes]
@@ -180,6 +181,12 @@ def _at_place(
         cost=more + (law.numbers - sum(_told(term) for term in found.terms)) * each,
         full_cost=more + (law.numbers - sum(len(term.term.hypothesis.free) for term in found.terms)) * each,
     )
+
+
+def _explained(found: Found) -> float:
+    """Share of what is beyond the noise that an answer explains, as of ``Unknown``."""
+    excess = found.chi2_before - found.degrees
+    return min((found.chi2_before - found.chi2_after) / excess, 1.0) if excess > 0 else 0.0
 
 
 def _told(named: NamedTerm) -> int:
