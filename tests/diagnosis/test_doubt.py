@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rille.diagnosis.inference.doubt import doubt, vague
+from rille.diagnosis.inference.doubt import brief, doubt, vague
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.search import search
@@ -100,3 +100,19 @@ def test_a_law_without_any_number_that_is_told_is_vague(low, vagueness):
     said = vague([NamedTerm(term=term, estimates=estimates)])
     assert ("stiffness 0 to 1.1 N/m" in said) == vagueness
     assert bool(said) == vagueness
+
+
+@pytest.mark.parametrize(
+    ("terms", "after", "found", "doubted"),
+    [
+        ("push", 1250.0, 200.0, True),  # a quarter more than the noise is left everywhere, the push takes less
+        ("push", 1250.0, 400.0, False),  # it takes more
+        ("push", 1010.0, 200.0, False),  # noise is what it is taken for
+        ("push coulomb", 1250.0, 200.0, False),  # a law that lasts is no matter of a moment
+    ],
+)
+def test_a_push_in_what_is_too_loud_everywhere_is_doubted(terms, after, found, doubted):
+    """1000 degrees of freedom, of noise that is not stated."""
+    pieces = tuple(next(h for h in catalogue() if h.kind == kind and h.target == "left").at() for kind in terms.split())
+    against = brief(SimpleNamespace(chi2=after, degrees=1000.0), pieces, found)
+    assert ("state the noise" in against) == doubted

@@ -15,9 +15,10 @@ from scipy.stats import chi2
 
 from rille.diagnosis.inference.accept import SIGNIFICANT, differs
 from rille.diagnosis.inference.judge import Judge, Progress
+from rille.diagnosis.inference.moments import is_momentary
 from rille.diagnosis.inference.screen import screen
 from rille.model.diagnosis import NamedTerm
-from rille.model.hypothesis import Hypothesis, Term
+from rille.model.hypothesis import Hypothesis, Setting, Term
 
 LEAST_OF_FOUND, LEAST_OF_NOISE = 5e-3, 0.01  # of what was found and of the noise (a tenth of its RMS): closer to a machine no model is
 CHANCE = 1e-2  # probability of a doubt of a right answer
@@ -30,6 +31,10 @@ OTHER = (
 )
 LEFT = "what was found leaves little, but more than noise, that nothing explains: it only acts like what is missing, or not alone"
 VAGUE = "no number of {title} is told by these recordings ({numbers}): it only acts like what is missing"
+BRIEF = (
+    "{title} is about a moment, and at all other times more is left than it takes away, if noise is what it is taken for: it may be a "
+    "piece of something that lasts; state the noise of the sensors"
+)
 DOUBTED = 0.75  # probability of none of the catalogue, at least, where there is doubt
 
 
@@ -65,4 +70,17 @@ def vague(terms: Sequence[NamedTerm]) -> str:
         if any(n.amplitude for n, _ in pairs) and all(e.low <= n.absent <= e.high for n, e in pairs if n.amplitude):
             numbers = ", ".join(f"{e.name} {e.low:.3g} to {e.high:.3g} {e.unit}" for n, e in pairs if n.amplitude)
             return VAGUE.format(title=one.term.hypothesis.title, numbers=numbers)
+    return ""
+
+
+def brief(judge: Judge, pieces: Setting, found: float) -> str:
+    """What speaks against an answer that is all about moments, in words; '' if nothing does.
+
+    Noise that is not stated may be understated, so that much may be left of it (``Judge.floor``). Beside laws that last that is no matter;
+    but a push in one place of what is too loud everywhere has a moment of its own where that is loudest.
+
+    judge : under the answer. pieces : of the answer. found : chi-squared that it takes away.
+    """
+    if all(is_momentary(piece.hypothesis) for piece in pieces) and judge.chi2 - judge.degrees > found:
+        return BRIEF.format(title=" + ".join(piece.hypothesis.title for piece in pieces))
     return ""

@@ -13,7 +13,7 @@ import numpy as np
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
 from rille.diagnosis.inference.accept import LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
-from rille.diagnosis.inference.doubt import DOUBTED, doubt, vague
+from rille.diagnosis.inference.doubt import DOUBTED, brief, doubt, vague
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
 from rille.diagnosis.inference.found import Found, leftover_share, named_terms, ranked, stand, verdict_of, with_doubt
 from rille.diagnosis.inference.judge import Judge, Progress
@@ -79,9 +79,11 @@ def search(
             return _answer(state, kinds or {}, verdict)
         group = [i for i in state.standing.confounded.order if state.standing.confounded.number[i] == 0]
         open_ones = {t.hypothesis.title for i in group for t in state.standing.fitted[i - 1].setting}
-        against, other = doubt(state.judge, hypotheses, open_ones, state.first.chi2 - state.judge.chi2, on_progress)
+        taken_away = state.first.chi2 - state.judge.chi2
+        against, other = doubt(state.judge, hypotheses, open_ones, taken_away, on_progress)
         answer = _answer(state, kinds or {}, verdict)
-        if not against and not (against := vague(answer.terms)):
+        against = against or vague(answer.terms) or brief(state.judge, tuple(state.pieces), taken_away)
+        if not against:
             return answer
         # Where noise is overstated, chi-squared as a whole hides another piece: what speaks against the answer may be a part of it.
         if len(state.pieces) < most and _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
