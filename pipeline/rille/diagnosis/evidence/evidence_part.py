@@ -199,9 +199,9 @@ class Part:
             if model is None:
                 continue
             if plan.reread:
-                if model not in courses and not models[model].has_memory:
+                if model not in courses:
                     courses[model] = self._course(models[model])
-                read = self._reread(models[model], plan, courses.get(model))
+                read = self._reread(models[model], plan, courses[model])
                 result[k] = self._displaced(models[model], plan, self._residual(read, plan))
             else:
                 plain.setdefault(model, []).append(k)
@@ -315,7 +315,9 @@ class Part:
         return [np.einsum("km,km->m", slopes, along[:, s.window]) for s, slopes in zip(self.samples, self.slopes, strict=True)]
 
     def _course(self, model: Any) -> Any:
-        """Trajectories of a model without memory from the fitted starts; those of the base model are kept."""
+        """Trajectories of a model from the fitted starts, those of the base model are kept; None of a model with memory."""
+        if model.has_memory:
+            return None
         if model is not self.simulator:
             return model.trajectories(self.states, self.last, [s.channel for s in self.samples])
         return self._own_course
@@ -324,7 +326,7 @@ class Part:
     def _own_course(self) -> Any:
         return self.simulator.trajectories(self.states, self.last, [s.channel for s in self.samples])
 
-    def _reread(self, model: Any, plan: _Plan, course: Any = None) -> list[Array]:
+    def _reread(self, model: Any, plan: _Plan, course: Any) -> list[Array]:
         """Of each channel (m,) what a model says from the fitted starts at the instants that were true; read from its course, if given."""
         picks = [(s.window, true_instants(plan.faults, s.channel, s.time)) for s in self.samples]
         if course is not None:
@@ -352,7 +354,8 @@ class Part:
     def _own_best(self) -> Array:
         """z (n_windows, n_coordinates, 2) of the best starts under the setting that they were fitted under, by its derivatives."""
         plan = self._plan(sensor_terms(self.assumed))
-        return self._fitted(self._residual(self._reread(applied(self.simulator, self.assumed), plan), plan))
+        model = applied(self.simulator, self.assumed)
+        return self._fitted(self._residual(self._reread(model, plan, self._course(model)), plan))
 
     def _from(self, model: Any, plan: _Plan, at: Array) -> Array:
         """(m,) replayed from starts at z ``at`` from where the repaired recording shows them."""
