@@ -78,7 +78,7 @@ def test_a_delay_that_is_read_is_a_delay_that_is_replayed(make_model):
     assert plan.reread
     picks = [(s.window, true_instants(setting, s.channel, s.time)) for s in part.samples]
     asked = part.simulator.predict(part.states[None], part.last, [s.channel for s in part.samples], picks)
-    for read, run_again in zip(part._reread(part.simulator, plan), asked, strict=True):
+    for read, run_again in zip(part._reread(part.simulator, plan, part._course(part.simulator)), asked, strict=True):
         assert read == pytest.approx(run_again[0], abs=1e-9)
     assert np.abs(part.residuals([setting])[0] - part.residuals([()])[0]).max() > 1.0
 
