@@ -11,7 +11,9 @@ from rille import simulate
 from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.evidence import evidence_part
 from rille.diagnosis.evidence.evidence_part import gather_part
+from rille.diagnosis.evidence.replay_evidence import ReplayEvidence
 from rille.diagnosis.hypotheses.sensor_faults import true_instants
+from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.starts.noise_floor import shared_noise
 from rille.diagnosis.starts.start_fit import Samples
 from rille.diagnosis.starts.step_error import step_error
@@ -81,6 +83,26 @@ def test_a_delay_that_is_read_is_a_delay_that_is_replayed(make_model):
     for read, run_again in zip(part._reread(part.simulator, plan, part._course(part.simulator)), asked, strict=True):
         assert read == pytest.approx(run_again[0], abs=1e-9)
     assert np.abs(part.residuals([setting])[0] - part.residuals([()])[0]).max() > 1.0
+
+
+def test_what_a_far_off_clock_stamps_is_simulated_from_when_it_was_true(make_model):
+    """Stamps of a torque sensor 12 % fast: at 4 s what it says is 0.43 s old, of almost a window before. Under the right skew as much is left
+    of each sample as of the recording with right stamps, within 5 %: the same noise, of which some samples fall into a gap.
+    """
+    path, scenario = model(make_model, 4)
+    right = recorded(path, scenario, 4)
+    fast = tuple(
+        replace(c, time=(c.time - c.delay) * 1.12 + c.delay, clock="other") if c.name == "torque1" else c for c in right.channels
+    )
+    number = FreeNumber(name="skew", unit="1", amplitude=True, lower=-0.5, upper=0.5, start=0.01, spread=0.01)
+    skewed = Hypothesis(cause="sensor", kind="clock_skew", target="torque1", target_kind="channel", free=(number,))
+    left = []
+    for run, setting in ((right, ()), (replace(right, channels=fast), (skewed.at({"skew": 0.12}),))):
+        part = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]), assumed=setting)
+        judge = Judge(ReplayEvidence([part], window=WINDOW), setting)
+        place = [c.name for c in judge.evidence.channels].index("torque1")
+        left.append(judge.per_channel(judge.base**2)[place] / np.sum(judge.evidence.channel == place))
+    assert left[1] == pytest.approx(left[0], rel=0.05)
 
 
 def test_windows_in_which_a_body_points_straight_up_are_left_out():

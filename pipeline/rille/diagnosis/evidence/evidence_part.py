@@ -19,7 +19,7 @@ from rille.diagnosis.starts.start_fit import FARTHEST, Directions, Samples, betw
 from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.diagnosis.starts.step_error import finest, step_error, timing
-from rille.diagnosis.starts.windows import Cut, cut
+from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
@@ -434,6 +434,7 @@ def gather_part(
         parts = _some(parts, most)
     larger = base.changed(step=rough) if rough else None
     model, faults = applied(base, assumed), sensor_terms(assumed)
+    parts = _reaching(parts, faults, channels, grid or rough or base.step)
     starts = start_states(
         model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
     )
@@ -452,7 +453,7 @@ def gather_part(
 
     def shown(states: Array) -> list[Array]:
         """What of the error the faulty sensors show."""
-        both = zip(samples, step_error(model, states, parts.stops, samples)[0], strict=True)
+        both = zip(samples, step_error(model, states, parts.stops, _when_true(samples, faults))[0], strict=True)
         return [said(faults, s.channel, s.value + e, s.time) - said(faults, s.channel, s.value, s.time) for s, e in both]
 
     like = {
@@ -465,12 +466,12 @@ def gather_part(
     fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
     error = tuple(np.zeros(len(s.time)) for s in samples)
     if corrected:
-        error, jumps = step_error(model, fit.states, parts.stops, samples)
+        error, jumps = step_error(model, fit.states, parts.stops, _when_true(samples, faults))
         if kept is None and any(jump.any() for jump in jumps):
             samples = [_some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
             known = fit.directions, [slopes[:, ~jump] for slopes, jump in zip(fit.slopes, jumps, strict=True)]
             fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
-            error, _ = step_error(model, fit.states, parts.stops, samples)
+            error, _ = step_error(model, fit.states, parts.stops, _when_true(samples, faults))
     placed = fit.states, parts.stops, samples
     return Part(
         simulator=base,
@@ -492,6 +493,25 @@ def gather_part(
         timing=timing(watched.predict, 0.5 * finest(model), *placed),
         rough=larger,
     )
+
+
+def _reaching(parts: Cut, faults: Setting, channels: Sequence[Channel], step: float) -> Cut:
+    """Windows that are simulated from as early, and until as late, as what faulty clocks stamp in them was true: nothing can be read off a
+    run before it begins. As far as something was recorded; the samples of a window stay the same.
+    """
+    begins, stops = parts.begins.copy(), parts.stops.copy()
+    for channel in channels:
+        if moves_time(faults, channel):
+            places, window = picked(channel, parts.starts, parts.stops)
+            true = true_instants(faults, channel, channel.time[places] - channel.delay)
+            np.minimum.at(begins, window, step * np.floor(true / step - 1))
+            np.maximum.at(stops, window, step * np.ceil(true / step + 1))
+    return Cut(begins=np.maximum(begins, parts.begins[0]), starts=parts.starts, stops=np.minimum(stops, parts.stops[-1]))
+
+
+def _when_true(samples: Sequence[Samples], faults: Setting) -> list[Samples]:
+    """Samples at the instants at which what they say was true."""
+    return [replace(s, time=true_instants(faults, s.channel, s.time)) for s in samples]
 
 
 def _known(near: Part, assumed: Setting, starts: Starts, samples: Sequence[Samples]) -> tuple[Directions, list[Array]] | None:
