@@ -128,7 +128,7 @@ def diagnose_bench(
         terms = soil_terms(found.best.whole, len(evidence.labels))
         row = _soil_row(found, terms)
         ranked, groups = (row,), ()
-        if len(terms) > 1:
+        if sum(term.hypothesis.target_kind == "soil" for term in found.best.whole.setting) > 1:  # one alone does not do it
             verdict, limit = "group", SEVERAL
             ranked = (replace(row, probability=row.probability / 2),)
             members = (row.title, "several laws of slip or load at once")
