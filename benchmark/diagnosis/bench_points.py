@@ -7,6 +7,8 @@ from rille.model.recording import Recording
 from rille.proof.points import LAW, MEASURED, as_measured, conditions, rim
 from rille.proof.subject import Subject
 
+SPEED = 0.05  # [m/s]
+
 
 def points_recording(machine: Subject, name: str, seed: int, rng: np.random.Generator) -> Recording:
     """What a bench of the solver measures of the wheel; every recording has its own conditions.
@@ -16,6 +18,7 @@ def points_recording(machine: Subject, name: str, seed: int, rng: np.random.Gene
     assert machine.terrain is not None
     where = conditions(np.random.default_rng([*name.encode(), int(rng.integers(1 << 31))]))
     effects = simulate.effect_rows(machine.effects, store.effect_kinds())
-    gravity, wheel = abs(machine.gravity[2]), rim(machine.rover.wheels[0])
-    points = simulate.bench(LAW, machine.terrain.soils[0], wheel, **where, effects=effects, gravity=gravity, threads=1).points
-    return as_measured(machine, name, where, {word: getattr(points, word) for word in MEASURED}, np.random.default_rng(seed))
+    gravity, wheel, soil = abs(machine.gravity[2]), machine.rover.wheels[0], machine.terrain.soils[0]
+    points = simulate.bench(LAW, soil, rim(wheel), **where, effects=effects, gravity=gravity, speed=SPEED, threads=1).points
+    made = {word: getattr(points, word) for word in MEASURED}
+    return as_measured(soil, name, wheel.name, SPEED, where, made, np.random.default_rng(seed))

@@ -70,15 +70,15 @@ def _of_points(drawn: "Drawn") -> dict[str, float]:
 
     from rille import simulate
     from rille.proof.generator.wheel_bench import bench_points
-    from rille.proof.points import CONDITIONS, LAW, MEASURED, SPEED, conditions, rim
+    from rille.proof.points import CONDITIONS, LAW, MEASURED, conditions, rim
 
     machine = drawn.machine
     assert machine.terrain is not None
-    wheel, soil, gravity = rim(machine.rover.wheels[0]), machine.terrain.soils[0], abs(machine.gravity[2])
+    wheel, soil, gravity, speed = rim(machine.rover.wheels[0]), machine.terrain.soils[0], abs(machine.gravity[2]), machine.speeds[0]
     where = conditions(drawn.trial.random("maneuver"))
-    mine = bench_points(wheel, soil, LAW, **where, laws=machine.effects, gravity=gravity, speed=SPEED)
+    mine = bench_points(wheel, soil, LAW, **where, laws=machine.effects, gravity=gravity, speed=speed)
     load, slip, angle = (where[word] for word in CONDITIONS)
-    its = simulate.bench(LAW, soil, wheel, load=load, slip_ratio=slip, slip_angle=angle, effects=[], gravity=gravity, threads=1)
+    its = simulate.bench(LAW, soil, wheel, load=load, slip_ratio=slip, slip_angle=angle, effects=[], gravity=gravity, speed=speed, threads=1)
     return {
         word: float(np.sqrt(np.mean((mine[word] - getattr(its.points, word)) ** 2))) / sigma for word, (_, _, sigma) in MEASURED.items()
     }

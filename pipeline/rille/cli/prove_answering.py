@@ -17,7 +17,7 @@ LAST_WORDS = 2000  # characters of a failure that are kept
 MOST_RANKED = 12
 # What is kept of the answer: all that the score reads, and what a reader of the ledger wants to see.
 ASK = "ask.json"  # in a room of real recordings: what diagnosis is asked; the recordings are imported already
-KEPT = ("verdict", "sentence", "ranked", "groups", "leftover", "unknown_like", "limits", "data_problems", "transients")
+KEPT = ("verdict", "sentence", "ranked", "groups", "leftover", "unknown_like", "limits", "notes", "data_problems", "transients")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -105,7 +105,7 @@ def write_points(recording: "Recording", folder: Path, *, hides_noise: bool = Fa
     np.savetxt(file, np.column_stack([c.value for c in recording.channels]), delimiter=",", header=header, comments="", fmt="%.12g")
     setup = {name: recording.setup[name] for name in ("soil", "law", "gravity")}
     lines = [f'name = "{recording.name}"', f'file = "{file.name}"', 'kind = "points"', "", "[bench]"]
-    lines += [f'{name} = "{value}"' for name, value in setup.items()]
+    lines += [f'{name} = "{value}"' for name, value in setup.items()] + [f'speed = "{recording.setup["speed"]!r} m/s"']
     for channel in recording.channels:
         lines += ["", "[[channel]]", f'column = "{channel.name}"', f'quantity = "{channel.quantity}"', f'target = "{channel.target}"']
         lines += [f'unit = "{channel.unit}"', f'role = "{channel.role}"']

@@ -259,27 +259,32 @@ def _disc(name: str, mass: float, middle: Vector, radius: float, width: float) -
 
 
 def bench(rng: np.random.Generator) -> Subject:
-    """A wheel with grousers on a rig: carriage on a rail, post that slides up and down, driven wheel."""
-    radius, width = _near(rng, 0.15, 1.4), _near(rng, 0.15, 1.4)
-    centre = (0.0, 0.0, radius)
-    bodies = tuple(box(n, m, centre, (0.15, 0.15, 0.15)) for n, m in (("carriage", 5.0), ("post", 3.5), ("wheel", 1.5)))
-    joints = (
-        Joint(name="rail", kind="prismatic", parent=None, child="carriage", point=centre, axis=(1, 0, 0)),
-        Joint(name="slide", kind="prismatic", parent="carriage", child="post", point=centre, axis=(0, 0, 1)),
-        Joint(name="axle", kind="hinge", parent="post", child="wheel", point=centre, axis=(0, 1, 0)),
-    )
-    drives = (
-        Drive(name="rail", joint="rail", mode="speed", max_torque=1e5),
-        Drive(name="axle", joint="axle", mode="speed", max_torque=1e4),
-    )
-    grouser = Grouser(count=int(rng.integers(12, 30)), height=float(rng.uniform(0.005, 0.015)), thickness=0.002)
-    wheel = Wheel(name="wheel", joint="axle", center=centre, radius=radius, width=width, grouser=grouser)
+    """A narrow and a wide wheel with grousers, each on a rig: carriage on a rail, post that slides up and down, driven wheel."""
+    radius, narrow, slow = _near(rng, 0.15, 1.4), _near(rng, 0.12, 1.3), _near(rng, 0.03, 1.5)
+    widths = {"narrow": narrow, "wide": narrow * float(rng.uniform(1.5, 2.0))}
+    bodies, joints, drives, wheels = [], [], [], []
+    for y, (name, width) in enumerate(widths.items()):
+        centre = (0.0, float(y), radius)
+        carriage, post = f"carriage_{name}", f"post_{name}"
+        bodies += [box(part, mass, centre, (0.15, 0.15, 0.15)) for part, mass in ((carriage, 5.0), (post, 3.5), (name, 1.5))]
+        joints += [
+            Joint(name=f"rail_{name}", kind="prismatic", parent=None, child=carriage, point=centre, axis=(1, 0, 0)),
+            Joint(name=f"slide_{name}", kind="prismatic", parent=carriage, child=post, point=centre, axis=(0, 0, 1)),
+            Joint(name=f"axle_{name}", kind="hinge", parent=post, child=name, point=centre, axis=(0, 1, 0)),
+        ]
+        drives += [
+            Drive(name=f"rail_{name}", joint=f"rail_{name}", mode="speed", max_torque=1e5),
+            Drive(name=f"axle_{name}", joint=f"axle_{name}", mode="speed", max_torque=1e4),
+        ]
+        grouser = Grouser(count=int(rng.integers(12, 30)), height=float(rng.uniform(0.005, 0.015)), thickness=0.002)
+        wheels.append(Wheel(name=name, joint=f"axle_{name}", center=centre, radius=radius, width=width, grouser=grouser))
     return Subject(
         name="bench",
-        rover=Rover(bodies=bodies, joints=joints, drives=drives, wheels=(wheel,)),
+        rover=Rover(bodies=tuple(bodies), joints=tuple(joints), drives=tuple(drives), wheels=tuple(wheels)),
         gravity=(0, 0, -EARTH),
         terrain=hills(rng, soil(rng)),
-        targets={"wheel": ("wheel",)},
+        targets={"wheel": ("*",)},
+        speeds=(slow, slow * float(rng.uniform(2.0, 4.0))),
         kind="points",
     )
 

@@ -1,16 +1,26 @@
-"""Points of a wheel bench: conditions drawn at random, each twice, with noise."""
+"""Points of a wheel bench: conditions drawn at random, each twice, with noise.
+
+A law of width or speed does what another number of the soil does where neither of them changes. So a bench has two wheels and two speeds,
+and each recording has one of both: three to learn from, in which either changes alone, and the fourth pair held out.
+"""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import BenchWheel, Effect, Wheel
+from rille.model import BenchWheel, Effect, Soil, Wheel
 from rille.model.recording import Channel, Recording, Role
 from rille.proof.generator.wheel_bench import bench_points
 from rille.proof.subject import Subject
 
-LAW, SPEED = "bekker_wong", 0.05  # [m/s]
+LAW = "bekker_wong"
+DESIGN: Mapping[str, tuple[int, int]] = {  # recording -> number of its wheel, and of its speed
+    "training_1": (0, 0),
+    "training_2": (1, 0),
+    "training_3": (0, 1),
+    "held_out": (1, 1),
+}
 SLIPS = (-0.1, 0.8)
 CONDITIONS = {"load": ("wheel.normal_load", "N"), "slip_ratio": ("wheel.slip_ratio", "1"), "slip_angle": ("wheel.slip_angle", "rad")}
 MEASURED = {  # word -> (quantity, unit, 1 sigma)
@@ -40,29 +50,34 @@ def rim(wheel: Wheel) -> BenchWheel:
 def points_recording(
     machine: Subject, name: str, laws: Sequence[Effect], rng: np.random.Generator, noise: np.random.Generator
 ) -> Recording:
-    """What a bench measures of the wheel under ``laws``. rng : draws the conditions, the same at every size of what is concealed."""
+    """What a bench measures of the wheel of that recording under ``laws``.
+
+    rng : draws the conditions, the same at every size of what is concealed.
+    """
     assert machine.terrain is not None
-    where = conditions(rng)
-    soil, wheel = machine.terrain.soils[0], machine.rover.wheels[0]
-    made = bench_points(rim(wheel), soil, LAW, **where, laws=(*machine.effects, *laws), gravity=abs(machine.gravity[2]), speed=SPEED)
-    return as_measured(machine, name, where, made, noise)
+    where, soil = conditions(rng), machine.terrain.soils[0]
+    wheel, speed = (own[k] for own, k in zip((machine.rover.wheels, machine.speeds), DESIGN[name], strict=True))
+    made = bench_points(rim(wheel), soil, LAW, **where, laws=(*machine.effects, *laws), gravity=abs(machine.gravity[2]), speed=speed)
+    return as_measured(soil, name, wheel.name, speed, where, made, noise)
 
 
 def as_measured(
-    machine: Subject,
+    soil: Soil,
     name: str,
+    wheel: str,
+    speed: float,
     where: Mapping[str, NDArray[np.float64]],
     made: Mapping[str, NDArray[np.float64]],
     noise: np.random.Generator,
 ) -> Recording:
-    """The recording of what a bench would measure without noise (``made``, words as in ``MEASURED``) under conditions ``where``."""
-    assert machine.terrain is not None
-    soil, wheel = machine.terrain.soils[0], machine.rover.wheels[0]
-    channels = [_channel(wheel.name, word, *CONDITIONS[word], where[word], "command", None) for word in CONDITIONS]
+    """The recording of what a bench would measure without noise (``made``, words as in ``MEASURED``) of the wheel of that name at a speed
+    [m/s] under conditions ``where``.
+    """
+    channels = [_channel(wheel, word, *CONDITIONS[word], where[word], "command", None) for word in CONDITIONS]
     for word, (quantity, unit, sigma) in MEASURED.items():
         said = made[word] + sigma * noise.standard_normal(len(made[word]))
-        channels.append(_channel(wheel.name, word, quantity, unit, said, "observed", sigma))
-    setup = {"wheel": {}, "law": LAW, "gravity": "earth", "slip_speed": "heading", "speed": SPEED, "soil": soil.name}
+        channels.append(_channel(wheel, word, quantity, unit, said, "observed", sigma))
+    setup = {"wheel": {}, "law": LAW, "gravity": "earth", "slip_speed": "heading", "speed": speed, "soil": soil.name}
     return Recording(name=name, kind="points", setup=setup, channels=tuple(channels))
 
 

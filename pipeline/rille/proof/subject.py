@@ -15,7 +15,7 @@ class Subject:
     kind : of its recordings: ``time``, or ``points`` of a wheel bench. gravity : in W [m/s^2]. step : of the model that diagnosis runs [s].
     duration : of a recording [s]. effects : physics that the model has. targets : sort of target (joint, driven, body, wheel, world,
     terrain) -> names at which something may be concealed. efforts : torque drive -> largest torque of a maneuver [N m]; speed drive ->
-    largest speed [rad/s].
+    largest speed [rad/s]. speeds : of the carriage of a bench [m/s].
     """
 
     name: str
@@ -27,6 +27,7 @@ class Subject:
     effects: tuple[Effect, ...] = ()
     targets: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     efforts: Mapping[str, float] = field(default_factory=dict)
+    speeds: tuple[float, ...] = ()
     kind: Literal["time", "points"] = "time"
 
 

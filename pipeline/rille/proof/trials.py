@@ -22,6 +22,7 @@ from rille.proof.hidden import (
 )
 from rille.proof.machines import MAKERS
 from rille.proof.maneuvers import maneuver
+from rille.proof.points import DESIGN
 from rille.proof.sensors import Sensors, draw_sensors
 from rille.proof.subject import Subject
 
@@ -120,7 +121,8 @@ class Drawn:
     def scenarios(self) -> tuple[Scenario, ...]:
         """One for each recording, those to learn from first."""
         rng = self.trial.random("maneuver")
-        return tuple(maneuver(self.machine, name, rng) for name in (*TRAINING, HELD_OUT))
+        names = tuple(DESIGN) if self.machine.kind == "points" else (*TRAINING, HELD_OUT)
+        return tuple(maneuver(self.machine, name, rng) for name in names)
 
     @cached_property
     def sensors(self) -> Sensors | None:
