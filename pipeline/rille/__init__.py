@@ -1,3 +1,3 @@
 """rille: planetary-rover simulation from CAD and terrain to diagnosis, through one SQLite database."""
 
-__version__ = "0.5.0"
+__version__ = "0.7.0"

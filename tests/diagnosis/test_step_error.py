@@ -86,14 +86,12 @@ def test_a_delay_that_is_read_is_a_delay_that_is_replayed(make_model):
 
 
 def test_what_a_far_off_clock_stamps_is_simulated_from_when_it_was_true(make_model):
-    """Stamps of a torque sensor 12 % fast: at 4 s what it says is 0.43 s old, of almost a window before. Under the right skew as much is left
-    of each sample as of the recording with right stamps, within 5 %: the same noise, of which some samples fall into a gap.
+    """Stamps of a torque sensor 12 % fast: at 4 s what it says is 0.43 s old, of almost a window before. Under the right skew as much is
+    left of each sample as of the recording with right stamps, within 5 %: the same noise, of which some samples fall into a gap.
     """
     path, scenario = model(make_model, 4)
     right = recorded(path, scenario, 4)
-    fast = tuple(
-        replace(c, time=(c.time - c.delay) * 1.12 + c.delay, clock="other") if c.name == "torque1" else c for c in right.channels
-    )
+    fast = tuple(replace(c, time=(c.time - c.delay) * 1.12 + c.delay, clock="other") if c.name == "torque1" else c for c in right.channels)
     number = FreeNumber(name="skew", unit="1", amplitude=True, lower=-0.5, upper=0.5, start=0.01, spread=0.01)
     skewed = Hypothesis(cause="sensor", kind="clock_skew", target="torque1", target_kind="channel", free=(number,))
     left = []

@@ -78,7 +78,8 @@ def _of_points(drawn: "Drawn") -> dict[str, float]:
     where = conditions(drawn.trial.random("maneuver"))
     mine = bench_points(wheel, soil, LAW, **where, laws=machine.effects, gravity=gravity, speed=speed)
     load, slip, angle = (where[word] for word in CONDITIONS)
-    its = simulate.bench(LAW, soil, wheel, load=load, slip_ratio=slip, slip_angle=angle, effects=[], gravity=gravity, speed=speed, threads=1)
+    rest = {"effects": [], "gravity": gravity, "speed": speed, "threads": 1}
+    its = simulate.bench(LAW, soil, wheel, load=load, slip_ratio=slip, slip_angle=angle, **rest)
     return {
         word: float(np.sqrt(np.mean((mine[word] - getattr(its.points, word)) ** 2))) / sigma for word, (_, _, sigma) in MEASURED.items()
     }

@@ -21,7 +21,7 @@ DESIGN: Mapping[str, tuple[int, int]] = {  # recording -> number of its wheel, a
     "training_3": (0, 1),
     "held_out": (1, 1),
 }
-SLIPS = (-0.1, 0.8)
+SLIPS, SLIPS_EACH = (-0.1, 0.8), 5  # of slip ratios; how many a recording has
 CONDITIONS = {"load": ("wheel.normal_load", "N"), "slip_ratio": ("wheel.slip_ratio", "1"), "slip_angle": ("wheel.slip_angle", "rad")}
 MEASURED = {  # word -> (quantity, unit, 1 sigma)
     "sinkage": ("wheel.sinkage", "m", 3e-4),
@@ -31,12 +31,12 @@ MEASURED = {  # word -> (quantity, unit, 1 sigma)
 }
 
 
-def conditions(rng: np.random.Generator) -> dict[str, NDArray[np.float64]]:
-    """Two loads x eight slip ratios x three slip angles, each point twice; every array (96,)."""
+def conditions(rng: np.random.Generator, slips: int = 8) -> dict[str, NDArray[np.float64]]:
+    """Two loads x so many slip ratios x three slip angles, each point twice; every array (12 slips,)."""
     loads = np.exp(rng.uniform(np.log(25), np.log(110), 2))
-    slips = np.sort(rng.uniform(*SLIPS, 8))
+    ratios = np.sort(rng.uniform(*SLIPS, slips))
     angles = np.array([0.0, rng.uniform(0.08, 0.2), rng.uniform(0.25, 0.4)])
-    grid = np.meshgrid(loads, slips, angles, [0, 1], indexing="ij")
+    grid = np.meshgrid(loads, ratios, angles, [0, 1], indexing="ij")
     return {word: array.ravel() for word, array in zip(CONDITIONS, grid[:3], strict=True)}
 
 
@@ -55,8 +55,9 @@ def points_recording(
     rng : draws the conditions, the same at every size of what is concealed.
     """
     assert machine.terrain is not None
-    where, soil = conditions(rng), machine.terrain.soils[0]
-    wheel, speed = (own[k] for own, k in zip((machine.rover.wheels, machine.speeds), DESIGN[name], strict=True))
+    where, soil = conditions(rng, SLIPS_EACH), machine.terrain.soils[0]
+    which, pace = DESIGN[name]
+    wheel, speed = machine.rover.wheels[which], machine.speeds[pace]
     made = bench_points(rim(wheel), soil, LAW, **where, laws=(*machine.effects, *laws), gravity=abs(machine.gravity[2]), speed=speed)
     return as_measured(soil, name, wheel.name, speed, where, made, noise)
 

@@ -120,7 +120,7 @@ def search_bench(
         best = found.rivals[0]
     left = excess(evidence, best.whole.residual, free + len(best.extra)) > 0
     if rounds and best.extra and (left or len(best.extra) > 1) and most > 1:
-        pairs = _pairs(evidence, first, rounds, start, lambda part: on_progress("fitting pairs", 0.8 + 0.2 * part))
+        pairs = _pairs(evidence, first, rounds, best, start, lambda part: on_progress("fitting pairs", 0.8 + 0.2 * part))
         if pairs is not None and _stands_for(evidence, pairs, best):
             best, rounds = pairs.rivals[0], [replace(rounds[0], group=(0,)), pairs]
     if len(best.extra) > 1:
@@ -151,11 +151,15 @@ def _round(
     return _judged(evidence, base, kept, 1, len(remaining), lambda part: tell(0.7 + 0.3 * part)) if kept else None
 
 
-def _pairs(evidence: BenchEvidence, first: Rival, rounds: Sequence[Round], start: float, tell: Callable[[float], None]) -> Round | None:
-    """What did well in any round, two at a time: a piece that was accepted alone may have stood for two others."""
+def _pairs(
+    evidence: BenchEvidence, first: Rival, rounds: Sequence[Round], best: Rival, start: float, tell: Callable[[float], None]
+) -> Round | None:
+    """The pieces of the answer and what did well in any round, two at a time: a piece that was accepted alone may have stood for two
+    others, and be needless once they are there.
+    """
     pool: dict[tuple[str, str], Term] = {}
-    for rival in (rival for one in rounds for rival in one.rivals):
-        pool.setdefault((rival.extra[-1].hypothesis.kind, rival.extra[-1].hypothesis.target), rival.extra[-1])
+    for term in (*best.extra, *(rival.extra[-1] for one in rounds for rival in one.rivals)):
+        pool.setdefault((term.hypothesis.kind, term.hypothesis.target), term)
     couples = list(combinations(list(pool.values())[:PAIRED], 2))
     fits = []
     for k, (one, other) in enumerate(couples):

@@ -29,7 +29,7 @@ from rille.diagnosis.inference.confound import TIED
 from rille.diagnosis.inference.found import Found, with_doubt
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.moments import is_momentary
-from rille.diagnosis.inference.unknown import Progress, Unknown, find_unknown
+from rille.diagnosis.inference.unknown import Progress, Unknown, find_unknown, share_explained
 from rille.diagnosis.inference.weights import calibration
 from rille.model.diagnosis import Estimate, NamedTerm
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
@@ -165,7 +165,7 @@ def _at_place(
 ) -> _Rival | None:
     """The best law without a name at a place, beside the answer; None if none changes anything, or the best is far behind."""
     law = find_unknown(evidence, machine, scales, targets=[place], most=2, nameless=True, on_progress=on_progress)
-    if law is None or law.explained < _explained(found) - BEHIND:
+    if law is None or law.explained < share_explained(found.chi2_before, found.chi2_after, found.degrees) - BEHIND:
         return None
     shapes = [law.setting, sharper(law.setting, SHARPER)]
     judges = [Judge(evidence.relinearised(setting), setting, floor=floor) for setting in shapes]
@@ -181,12 +181,6 @@ def _at_place(
         cost=more + (law.numbers - sum(_told(term) for term in found.terms)) * each,
         full_cost=more + (law.numbers - sum(len(term.term.hypothesis.free) for term in found.terms)) * each,
     )
-
-
-def _explained(found: Found) -> float:
-    """Share of what is beyond the noise that an answer explains, as of ``Unknown``."""
-    excess = found.chi2_before - found.degrees
-    return min((found.chi2_before - found.chi2_after) / excess, 1.0) if excess > 0 else 0.0
 
 
 def _told(named: NamedTerm) -> int:

@@ -118,8 +118,7 @@ def find_unknown(
         again = Metric(better.window, better.start_gain)
         row = again.whitened(better.residuals([(*setting, *fitted.setting)]))[0]
         fitted, left = _refitted(better, again, fitted, setting, float(row @ row) * (1 + 1e-9))
-    excess = float(base @ base) - float(np.sum(metric.degrees))
-    explained = (float(base @ base) - left) / excess if excess > 0 else 0.0
+    explained = share_explained(float(base @ base), left, float(np.sum(metric.degrees)))
     if explained < LEAST and not nameless:
         return None
     law = fitted.laws[0]
@@ -128,11 +127,11 @@ def find_unknown(
     return Unknown(
         setting=fitted.setting,
         formula=formula,
-        sentence=f"unknown: behaves like {formula} at {where}; explains {100 * min(explained, 1.0):.0f} % of what is beyond the noise",
+        sentence=f"unknown: behaves like {formula} at {where}; explains {100 * explained:.0f} % of what is beyond the noise",
         target_kind=law.target_kind,
         target=law.target,
         numbers=sum(one.numbers for one in fitted.laws),
-        explained=min(explained, 1.0),
+        explained=explained,
         gain=best.gain,
         gain_error=best.gain_error,
     )
@@ -148,6 +147,12 @@ def _everywhere(machine: Machine) -> list[tuple[TargetKind, str]]:
     joints = [j for j in machine.joints if j.kind in ("hinge", "prismatic")]
     places.extend(("joint", j.name) for j in sorted(joints, key=lambda j: j.name not in driven))
     return places[:MOST_TARGETS]
+
+
+def share_explained(before: float, left: float, degrees: float) -> float:
+    """Share of the chi-squared beyond noise that is taken away, at most 1; 0 if there was none. degrees : of freedom."""
+    excess = before - degrees
+    return min((before - left) / excess, 1.0) if excess > 0 else 0.0
 
 
 def _at_target(
