@@ -13,7 +13,7 @@ from rille.diagnosis.bench.bench_calibration import calibrate, plain
 from rille.diagnosis.bench.bench_diagnosis import diagnose_bench
 from rille.diagnosis.bench.bench_evidence import gather_bench
 from rille.diagnosis.bench.bench_hypotheses import bench_hypotheses, conditional, open_terms
-from rille.diagnosis.bench.bench_search import _ahead
+from rille.diagnosis.bench.bench_search import PAIRED, Rival, _ahead, _pairs, excess
 from rille.model import Effect
 
 OTHER_SOIL = replace(
@@ -273,6 +273,25 @@ def test_what_leaves_only_noise_need_be_ahead_of_that_alone():
     assert error == pytest.approx(7.6, rel=0.4)
     gain, error = ahead(1.5 * noise, 1.5 * (noise + misfit))  # far from noise itself: windows are all that there is
     assert error > 0.4 * gain
+
+
+def test_pieces_of_an_answer_are_tried_two_at_a_time_whatever_did_well_before():
+    """Two laws planted, and an answer of these and a third, found in later rounds: eight others did well in the first round, and fill the
+    pool. The two alone are the best pair, so that the third can go.
+    """
+    laws = (*planted("slip_sinkage", slip_gain=0.15), *planted("rolling_resistance", coefficient=0.05))
+    rig = made_rig(planted=laws, wheel=LUGGED, angles=(0.0,))
+    evidence = gather_bench([rig])
+    whole = calibrate(evidence, ())
+    first = Rival(extra=(), whole=whole, held_out=whole.residual)
+    terms = [h.at({n.name: n.absent + 0.1 * n.spread for n in h.free}) for h in bench_hypotheses([rig], KINDS) if h.free]
+    own = [term for term in terms if term.hypothesis.kind in ("slip_sinkage", "rolling_resistance")]
+    others = [term for term in terms if term not in own][:PAIRED]
+    assert (len(own), len(others)) == (2, PAIRED)
+    did_well = SimpleNamespace(rivals=[SimpleNamespace(extra=(term,)) for term in others])
+    best = SimpleNamespace(extra=(others[0], *own))
+    pairs = _pairs(evidence, first, [did_well], best, excess(evidence, whole.residual, 0), lambda share: None)
+    assert {term.hypothesis.kind for term in pairs.rivals[0].extra} == {"slip_sinkage", "rolling_resistance"}
 
 
 def test_each_of_two_pieces_may_be_another():

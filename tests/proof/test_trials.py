@@ -9,7 +9,8 @@ import pytest
 from rille import store
 from rille.proof.hidden import effect_targets
 from rille.proof.machines import MAKERS
-from rille.proof.trials import FULL, QUICK, SHARES, Drawn, plan
+from rille.proof.making import generate
+from rille.proof.trials import FULL, HELD_OUT, QUICK, SHARES, Drawn, plan
 
 
 def drawn(trial):
@@ -51,6 +52,19 @@ def test_details_are_the_same_for_everybody():
         assert len(one.hidden) == {"nothing": 0, "two": 2}.get(trial.sort, 1)
         again = drawn(trial.again())
         assert again.scenarios != one.scenarios
+
+
+def test_either_of_width_and_speed_of_a_bench_changes_alone_and_the_fourth_pair_is_held_out():
+    trial = next(t for t in plan("bench") if t.machine == "bench" and t.sort == "nothing")
+    one = drawn(trial)
+    assert [scenario.name for scenario in one.scenarios] == ["training_1", "training_2", "training_3", HELD_OUT]
+    made = {scenario.name: generate(one, scenario, []) for scenario in one.scenarios}
+    wheels = {wheel.name: wheel for wheel in one.machine.rover.wheels}
+    width = {name: wheels[recording.with_role("observed")[0].target].width for name, recording in made.items()}
+    speed = {name: recording.setup["speed"] for name, recording in made.items()}
+    assert width["training_1"] == width["training_3"] < width["training_2"] / 1.5
+    assert speed["training_1"] == speed["training_2"] < speed["training_3"] / 2
+    assert (width[HELD_OUT], speed[HELD_OUT]) == (width["training_2"], speed["training_3"])
 
 
 @pytest.mark.parametrize("name", MAKERS)
