@@ -9,6 +9,7 @@ from test_wheel_on_soil import SOILS
 from test_wheel_soil_laws import LAWS, REECE_SOILS, UNIT_WEIGHT
 
 from rille import simulate, store
+from rille.cli.prove_agreement import agreement
 from rille.model import BenchWheel, Effect, InputRefused, PhysicsFailed, SoilPatch
 from rille.proof.generator.ground import Ground, Ruts
 from rille.proof.generator.soil_laws import SOIL_LAWS, soil_laws
@@ -98,6 +99,13 @@ def test_all_laws_at_once_agree_with_the_solver():
     """
     assert largest_difference("bekker_wong", [typical(kind) for kind in ON_WHEELS]) < 1e-4
     assert largest_difference("bekker_wong", [typical(kind) for kind in ON_WHEELS if kind != "lateral_bulldozing"]) < 1e-6
+
+
+def test_a_drawn_bench_agrees_with_the_solver_at_every_wheel_and_speed():
+    """Quadrature against quadrature, both to some 1e-9 of the load; a sensor's noise is 1e-3 of it."""
+    machine, most = agreement("any sentence", "bench", 0)
+    assert machine == "bench"
+    assert 0.0 < most < 1e-5
 
 
 def test_every_law_on_wheels_is_here():

@@ -200,6 +200,7 @@ def _write_tables(ledger: Path, folder: Path) -> dict[str, Any]:
     from rille import store
     from rille.cli.prove_run import AGREEMENT
     from rille.model import InputRefused
+    from rille.proof.failures import failures_markdown
     from rille.proof.summary import as_json, markdown
     from rille.view.proof_report import write_proof_report
 
@@ -211,7 +212,8 @@ def _write_tables(ledger: Path, folder: Path) -> dict[str, Any]:
     agreement = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     numbers = as_json(lines, baselines, agreement, real)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "table.md").write_text(markdown(lines, baselines, agreement, real), encoding="utf-8")
+    table = markdown(lines, baselines, agreement, real) + "\nWhat went wrong:\n\n" + failures_markdown(lines)
+    (folder / "table.md").write_text(table, encoding="utf-8")
     (folder / "table.json").write_text(json.dumps(_plain(numbers), indent=1) + "\n", encoding="utf-8")
     facts = {"beacon": held.plan.beacon, "root": held.plan.root, "version": held.plan.version, "truth kept away by": held.plan.isolation}
     write_proof_report(folder / "report.html", numbers, facts=facts)

@@ -66,20 +66,26 @@ def _over_time(drawn: "Drawn") -> dict[str, float]:
 
 
 def _of_points(drawn: "Drawn") -> dict[str, float]:
+    """The largest of the wheels and speeds that the recordings have."""
     import numpy as np
 
     from rille import simulate
     from rille.proof.generator.wheel_bench import bench_points
-    from rille.proof.points import CONDITIONS, LAW, MEASURED, conditions, rim
+    from rille.proof.points import CONDITIONS, DESIGN, LAW, MEASURED, SLIPS_EACH, conditions, rim
 
     machine = drawn.machine
     assert machine.terrain is not None
-    wheel, soil, gravity, speed = rim(machine.rover.wheels[0]), machine.terrain.soils[0], abs(machine.gravity[2]), machine.speeds[0]
-    where = conditions(drawn.trial.random("maneuver"))
-    mine = bench_points(wheel, soil, LAW, **where, laws=machine.effects, gravity=gravity, speed=speed)
+    soil, gravity = machine.terrain.soils[0], abs(machine.gravity[2])
+    where = conditions(drawn.trial.random("maneuver"), SLIPS_EACH)
     load, slip, angle = (where[word] for word in CONDITIONS)
-    rest = {"effects": [], "gravity": gravity, "speed": speed, "threads": 1}
-    its = simulate.bench(LAW, soil, wheel, load=load, slip_ratio=slip, slip_angle=angle, **rest)
-    return {
-        word: float(np.sqrt(np.mean((mine[word] - getattr(its.points, word)) ** 2))) / sigma for word, (_, _, sigma) in MEASURED.items()
-    }
+    found = dict.fromkeys(MEASURED, 0.0)
+    for which, pace in DESIGN.values():
+        wheel, speed = rim(machine.rover.wheels[which]), machine.speeds[pace]
+        mine = bench_points(wheel, soil, LAW, **where, laws=machine.effects, gravity=gravity, speed=speed)
+        its = simulate.bench(
+            LAW, soil, wheel, load=load, slip_ratio=slip, slip_angle=angle, effects=[], gravity=gravity, speed=speed, threads=1
+        )
+        for word, (_, _, sigma) in MEASURED.items():
+            off = mine[word] - getattr(its.points, word)
+            found[word] = max(found[word], float(np.sqrt(np.mean(off**2))) / sigma)
+    return found

@@ -31,7 +31,7 @@ MEASURED = {  # word -> (quantity, unit, 1 sigma)
 }
 
 
-def conditions(rng: np.random.Generator, slips: int = 8) -> dict[str, NDArray[np.float64]]:
+def conditions(rng: np.random.Generator, slips: int) -> dict[str, NDArray[np.float64]]:
     """Two loads x so many slip ratios x three slip angles, each point twice; every array (12 slips,)."""
     loads = np.exp(rng.uniform(np.log(25), np.log(110), 2))
     ratios = np.sort(rng.uniform(*SLIPS, slips))
