@@ -102,7 +102,7 @@ def test_all_laws_at_once_agree_with_the_solver():
 
 
 def test_a_drawn_bench_agrees_with_the_solver_at_every_wheel_and_speed():
-    """Quadrature against quadrature, both to some 1e-9 of the load; a sensor's noise is 1e-3 of it."""
+    """Near n = 1 the solver's rule errs by 1e-8 of the load (above), and a sensor's noise is 2e-3 of it or more (0.25 N of 110 N)."""
     machine, most = agreement("any sentence", "bench", 0)
     assert machine == "bench"
     assert 0.0 < most < 1e-5

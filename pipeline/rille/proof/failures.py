@@ -1,12 +1,8 @@
 """The trials that a table is to be read with: every one that did not go as it was to go, and what was said of it."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from rille.proof.summary import STRONG
-
-Line = Mapping[str, Any]
-"""A :class:`~rille.proof.scoring.Score` as plain JSON."""
+from rille.proof.summary import STRONG, Line
 
 
 def failures(lines: Sequence[Line]) -> list[Line]:
@@ -60,5 +56,4 @@ def _word(line: Line) -> str:
         return "**confident and wrong**"
     if line["wrong"]:
         return "wrong"
-    known = line["sort"] not in ("nothing", "outside")
-    return "truth in the group" if known and line["grouped"] else ""
+    return "truth in the group" if line["grouped"] else ""
