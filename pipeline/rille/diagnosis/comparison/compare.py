@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rille.diagnosis.comparison.pooled import root_mean_square
 from rille.diagnosis.starts.noise_floor import difference_noise, noise_of, quantisation
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
-from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts, residuals
+from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts_doubting, residuals
 from rille.diagnosis.starts.start_states import Starts, start_states
 from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
@@ -82,7 +82,7 @@ def _compare(
 
     short = window is not None  # errors of a whole run are not those of its steps
     larger = simulator.changed(step=rough) if rough else None
-    fit = fit_starts(simulator, starts, parts.stops, heard, on_progress, error=error if short else None, rough=larger)
+    fit = fit_starts_doubting(simulator, starts, parts.stops, heard, on_progress, error=error if short else None, rough=larger)
     off = error(fit.states, samples) if short else [np.zeros(len(s.time)) for s in samples]
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
     if short:
@@ -161,7 +161,7 @@ def _compared(
         reached = np.isfinite(simulated)
         unreached |= set(s.window[~reached].tolist())
         sigma, source = _floor(channel, s, simulated, *noise[channel.name])
-        gain = gains.get(channel.name, np.zeros(len(s.time)))
+        gain = gains.get(channel.name, np.zeros(len(s.time))) * (sigma / s.noise)  # what the fit took is a share of the noise that it knew
         found.append(
             ComparedChannel(
                 channel=s.channel,

@@ -15,8 +15,8 @@ from rille.diagnosis.evidence.evidence import ENDED
 from rille.diagnosis.hypotheses.sensor_faults import concerns, moves_time, repaired, said, true_instants
 from rille.diagnosis.starts.noise_floor import difference_noise, quantisation, steady_rounding
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
-from rille.diagnosis.starts.start_fit import FARTHEST, Directions, Samples, between, fit_starts, residuals
-from rille.diagnosis.starts.start_states import KEPT_SHARE, Starts, smoothed_values, start_states
+from rille.diagnosis.starts.start_fit import FAR, FARTHEST, Directions, Samples, between, fit_starts, residuals
+from rille.diagnosis.starts.start_states import Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
@@ -30,12 +30,10 @@ Noise = Mapping[str, tuple[float, str]]
 Progress = Callable[[int, int, str], None] | None
 Memory = Literal["none", "fading", "lasting"]
 LAG = 0.1  # [s] before a window's first sample that a simulation begins: delays of sensors up to this need what was before
-UNSURE = 3.0  # times the smoother's standard deviation: under violent motion it says too little
 SLOW = 0.25  # [noise] offset of a channel over a window that no sensor is known to be free of; averages are not trusted beyond it
 NEAR = 3.0  # [standard deviations of the start] up to which what a repaired recording does to it is taken as linear
 REPLAYS = 2  # from where it is then, at most
 RUN_IN = 4.0  # [s] that lags, play and sloshing are run before a window that is looked at alone
-FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed start, the model is wrong and not the starts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,8 +53,8 @@ class Part:
     """Windows of one recording, their starts and how their samples answer to them.
 
     simulator : the base model, driven by the recording. channels : observed ones with noise that are fit for use, with samples. shows :
-    names of those that show the state. widest : [s], of the smoother. assumed : setting under which starts were fitted. starts :
-    uncertainty of what is seen taken ``UNSURE`` times. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
+    names of those that show the state. widest : [s], of the smoother. assumed : setting under which starts were fitted. starts : all
+    doubted. standard : (n_windows, n_coordinates, 2) fitted z. states : (n_windows, n) there.
     first, last : (n_windows,) [s] what is compared. directions : of the start. samples, slopes : of each channel its samples, and
     (n_directions, m) derivatives of what is simulated by z [sigma]. noise_from : of each channel, "stated" or what it was taken from.
     error : of each channel (m,) [unit] what the step does to what is simulated. timing : what half of the finest step of time changes in
@@ -438,9 +436,7 @@ def gather_part(
     starts = start_states(
         model, [(repaired(faults, c), noise[c.name][0]) for c in shows], parts.begins, widest=window, on_progress=on_progress
     )
-    # What contact decides it decides with the model that is in doubt: then the recording's own uncertainty is all that is known.
-    unsure = np.where(starts.kept, 1 / KEPT_SHARE, np.where(starts.seen, UNSURE, 1.0))
-    starts = replace(starts, factor=starts.factor * unsure[:, :, None, None])
+    starts = starts.doubted(np.arange(len(parts.begins)))
     samples = [samples_of(c, noise[c.name][0], parts) for c in channels]
     channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
     samples = [s for s in samples if len(s.time)]

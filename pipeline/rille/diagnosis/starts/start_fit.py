@@ -22,6 +22,7 @@ from rille.model.recording import Channel
 Array = NDArray[np.float64]
 HUBER = 3.0  # [sigma]
 FARTHEST = 5.0  # [standard deviations of the prior]
+FAR = 1 / 3  # share of windows: if more are not fitted near their smoothed start, the model is wrong and not the starts
 INDEPENDENT = 20.0  # samples that a window counts as where the model does not fit it
 UNFIT = 6.0  # standard errors of chi-squared beyond which it does not
 HOPELESS = 3.0  # times as many, beyond which a window is not fitted anew for what the step does
@@ -30,7 +31,7 @@ HORIZONS = (0.1, 0.25, 0.5, 0.75, 1.0)  # shares of a window that is tried once 
 NUDGE, CLOSELY = 0.3, 0.03  # [standard deviations of the prior] of a difference; where that foretells no step
 VISIBLE = 0.3  # chi-squared of a window per standard deviation of the prior, below which a direction is left alone
 UNTOUCHED = 0.1  # of that, below which a channel does not answer to a direction
-SCREENED, SECONDS = (2, 5), 8.0  # windows, and how long [s] together, in which all directions are tried; one of four at most
+SCREENED, SECONDS = (2, 5), 8.0  # windows, and how long [s] together, in which all directions are tried at first; one of four at most
 WORTH = 0.1  # decrease of a window's cost below which it is left as it is
 BENT = 0.3  # share by which a step's gain misses the promised one, beyond which derivatives are taken anew
 ROUNDS, LONG = 8, 32  # at most; of windows whose next step still promises a share ``STILL`` of what is left
@@ -167,7 +168,7 @@ def fit_starts(
     rough : a simulator with larger steps, that is good enough for derivatives. None: there is none.
     """
     problem = _Problem(simulator, starts, stops, samples, rough)
-    directions = known[0] if known is not None else _visible(problem, len(starts.coordinates))
+    directions = known[0] if known is not None else _visible(problem, _screened(problem))
     descent = _Descent(problem, directions, say, known[1] if known is not None else None)
     descent.run(np.arange(problem.n_windows), on_progress, "fitting starts")
     if error is not None:
@@ -176,8 +177,12 @@ def fit_starts(
     if near is not None:
         descent.begin_again(descent.unfit(), near, on_progress)
     unfit = descent.unfit()
-    if len(unfit) <= far * problem.n_windows:
-        descent.extend(unfit, on_progress)
+    if 0 < len(unfit) <= far * problem.n_windows:
+        wider = _visible(problem, unfit, directions)
+        if len(wider.columns) > len(directions.columns):
+            directions, descent = wider, _Descent(problem, wider, say, None)
+            descent.run(np.arange(problem.n_windows), on_progress, "fitting starts in more directions")
+        descent.extend(descent.unfit(), on_progress)
     unfit = descent.unfit()
     if len(unfit):
         descent.temper(unfit)
@@ -194,6 +199,20 @@ def fit_starts(
         directions=directions,
         slopes=descent.jacobian,
     )
+
+
+def fit_starts_doubting(simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples], *args: Any, **options: Any) -> StartFit:
+    """As ``fit_starts``; where a few windows are not fitted (``FAR``), their smoothed starts are doubted (``Starts.doubted``), and those that
+    fit then count.
+    """
+    fit = fit_starts(simulator, starts, stops, samples, *args, **options)
+    if not 0 < len(fit.unfit) <= FAR * len(stops):
+        return fit
+    doubted = fit_starts(simulator, starts.doubted(fit.unfit), stops, samples, *args, **options)
+    saved = np.setdiff1d(fit.unfit, doubted.unfit)
+    if not len(saved):
+        return fit
+    return doubted if not len(doubted.unfit) else fit_starts(simulator, starts.doubted(saved), stops, samples, *args, **options)
 
 
 def _linearised(
@@ -221,11 +240,19 @@ def _linearised(
     return derivatives, [np.nan_to_num(block[0]) for block in left]
 
 
-def _visible(problem: _Problem, n_coordinates: int) -> Directions:
-    """Directions that some sample of the tried windows can see within the prior."""
+def _screened(problem: _Problem) -> NDArray[np.int64]:
+    """A few windows, spread over all."""
     length = float(np.median(problem.stops - problem.starts.states[:, 0]))
     count = max(1, min(int(np.clip(SECONDS / length, *SCREENED)), problem.n_windows // 4))
-    tried = ((np.arange(count) + 0.5) * problem.n_windows / count).astype(np.int64)
+    return np.asarray(((np.arange(count) + 0.5) * problem.n_windows / count), dtype=np.int64)
+
+
+def _visible(problem: _Problem, tried: NDArray[np.int64], known: Directions | None = None) -> Directions:
+    """Directions that some sample of the windows ``tried`` can see within the prior, beside those that are known.
+
+    What is driven stiffly in one window is free in another: where no start fits, a direction may be lacking.
+    """
+    n_coordinates = len(problem.starts.coordinates)
     columns = tuple((c, order) for c in range(n_coordinates) for order in range(2))
     every = Directions(
         columns=columns,
@@ -237,8 +264,14 @@ def _visible(problem: _Problem, n_coordinates: int) -> Directions:
     for channel, (block, s) in enumerate(zip(jacobian, problem.samples, strict=True)):
         for k in range(len(columns)):
             power[k, channel] = np.bincount(s.window, weights=block[k] ** 2, minlength=problem.n_windows)
-    seen = np.flatnonzero(power.sum(axis=1).max(axis=1, initial=0.0) > VISIBLE)
-    touches = power[seen].max(axis=2, initial=0.0) > VISIBLE * UNTOUCHED
+    visible = power.sum(axis=1).max(axis=1, initial=0.0) > VISIBLE
+    touches = power.max(axis=2, initial=0.0) > VISIBLE * UNTOUCHED
+    if known is not None:
+        places = [columns.index(column) for column in known.columns]
+        visible[places] = True
+        touches[places] |= known.touches
+    seen = np.flatnonzero(visible)
+    touches = touches[seen]
     groups: list[list[int]] = []
     for k in np.argsort(-touches.sum(axis=1), kind="stable").tolist():
         for group in groups:

@@ -1,7 +1,7 @@
 """Where every window starts: what the recording shows, smoothed without a model; what it does not show, carried on by the simulation."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from rille.model.recording import ANGLES, Channel
 Array = NDArray[np.float64]
 KEPT = 3.0  # standard deviations of the recorded value within which what the ground decides is kept
 KEPT_SHARE = 0.1  # of the recorded uncertainty that is then left to the fit
+UNSURE = 3.0  # times the smoother's standard deviation: under violent motion it says too little
 # How well the simulation knows what it carries on: value and rate, 1 sigma, in m and m/s, rad and rad/s.
 CARRIED = {"position": (2e-3, 1e-2), "turn": (5e-3, 2e-2), "joint": (5e-3, 2e-2)}
 CARRIED_WITH_BODY_RATES = 20.0  # times more of the rate where sensors in the body's axes measure it: the fit takes it from them
@@ -49,6 +50,14 @@ class Starts:
         if turns:
             change[..., turns, :] = np.einsum("wij,...wjk->...wik", self.axes, change[..., turns, :])
         return change
+
+    def doubted(self, windows: NDArray[np.int64]) -> "Starts":
+        """With less trust in some windows: what is seen taken ``UNSURE`` times as uncertain, what contact decided as uncertain as recorded,
+        since it decided with the model that is in doubt.
+        """
+        unsure = np.ones(self.seen.shape)
+        unsure[windows] = np.where(self.kept, 1 / KEPT_SHARE, np.where(self.seen, UNSURE, 1.0))[windows]
+        return replace(self, factor=self.factor * unsure[:, :, None, None])
 
 
 def start_states(
