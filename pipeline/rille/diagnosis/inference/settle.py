@@ -23,6 +23,7 @@ OWN = 3  # rivals that get starts of their own
 WITHIN_REACH = 0.5  # of the drop of chi-squared of the best, for that
 TOGETHER = 8  # answers in which two pieces are swapped at once
 CLOSE = 15.0  # [nats] behind the best, within which one that is not told from it gets starts of its own
+NEARLY = 0.4  # of what the best gains, that one may be behind at most to get them though it seems told
 FACTORS = (1.0, 0.6, 1.6, 0.36, 2.6)  # of amplitudes, where the same law begins elsewhere
 ROUNDS = 4  # of taking starts anew and of changing one's mind
 
@@ -273,7 +274,12 @@ def _among_the_close(
     """
     scores, confounded = standing.scores, standing.confounded
     best = confounded.order[0]
-    close = [i for i in confounded.order[1:] if confounded.number[i] == confounded.number[best] and scores.ahead[best, i] < CLOSE][:OWN]
+    nearly = NEARLY * scores.ahead[best, 0]
+    close = [
+        i
+        for i in confounded.order[1:]
+        if scores.ahead[best, i] < nearly or (confounded.number[i] == confounded.number[best] and scores.ahead[best, i] < CLOSE)
+    ][:OWN]
     own = {i: own_fit(evidence, standing.fitted[i - 1].setting, state) for i in close}
     better = {i: (fitted, under) for i, (fitted, under) in own.items() if fitted.chi2 < standing.fitted[i - 1].chi2}
     if not better:
