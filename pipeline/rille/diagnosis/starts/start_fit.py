@@ -202,8 +202,8 @@ def fit_starts(
 
 
 def fit_starts_doubting(simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples], *args: Any, **options: Any) -> StartFit:
-    """As ``fit_starts``; where a few windows are not fitted (``FAR``), their smoothed starts are doubted (``Starts.doubted``), and those that
-    fit then count.
+    """As ``fit_starts``; where a few windows are not fitted (``FAR``), their smoothed starts are doubted (``Starts.doubted``), and those
+    that fit then count.
     """
     fit = fit_starts(simulator, starts, stops, samples, *args, **options)
     if not 0 < len(fit.unfit) <= FAR * len(stops):
