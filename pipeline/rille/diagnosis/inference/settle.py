@@ -268,9 +268,9 @@ def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], co
 def _among_the_close(
     state: State, evidence: Evidence, taken: Fitted, linear: Evidence, standing: Standing
 ) -> tuple[Fitted, Evidence, Standing]:
-    """The answer, the evidence under its starts, and its alternatives, once those that are not told from it and close behind have starts
-    of their own, too: what does the very same (a tilt, and a sensor that is off by as much) would else be behind by what starts are worth.
-    One that comes out ahead takes its place.
+    """The answer, the evidence under its starts, and its alternatives, once those that are close behind have starts of their own, too:
+    not told from it and within ``CLOSE``, or behind by less than ``NEARLY`` of what it gains. What does the very same (a tilt, and a sensor
+    that is off by as much) would else be behind by what starts are worth. One that comes out ahead takes its place.
     """
     scores, confounded = standing.scores, standing.confounded
     best = confounded.order[0]

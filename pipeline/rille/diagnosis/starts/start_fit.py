@@ -1,11 +1,11 @@
 """Start states of windows by maximum a posteriori: the smoothed state as prior, the window's samples as data, the simulator between them.
 
 Minimises, of every window, sum_i rho((y_i - h_i(x))/sigma_i) + |z|^2/2 with x = x_smoothed + L z and |z_k| <= 5, by Gauss-Newton with step
-control; rho is Huber's (quadratic up to three sigma). A window that cannot be fitted near its smoothed start is tried by continuation; one
-that still cannot shows an error of the model, which is not white: its samples then count as few independent ones with the variance that is
-left, and it is fitted again from the smoothed start. So a model that is wrong cannot hide its error in the start; blame stays where it
-belongs. Derivatives are differences through the simulator, all windows at once; directions that no sample can see within the prior are left
-alone.
+control; rho is Huber's (quadratic up to three sigma). A window that cannot be fitted near its smoothed start is tried in all directions
+that it shows, and by continuation; one that still cannot shows an error of the model, which is not white: its samples then count as few
+independent ones with the variance that is left, and it is fitted again from the smoothed start. So a model that is wrong cannot hide its
+error in the start; blame stays where it belongs. Derivatives are differences through the simulator, all windows at once; directions that
+no sample can see within the prior are left alone.
 """
 
 from collections.abc import Callable, Sequence
