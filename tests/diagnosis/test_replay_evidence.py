@@ -12,6 +12,7 @@ from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.held_out import Parts, cut_in_time
 from rille.diagnosis.evidence.replay_evidence import gather
 from rille.diagnosis.evidence.window_and_step import window_and_step, window_and_step_of_all
+from rille.diagnosis.evidence.window_length import window_length
 from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.starts.noise_floor import shared_noise
@@ -231,3 +232,22 @@ def test_windows_shorter_than_the_grid_of_steps_are_tried_too(make_model):
     simulator = simulate.Replayer(path).changed(step=1e-2)
     window, step, rough = window_and_step(simulator, run, noise=shared_noise([run]), duration=6.0)
     assert (window >= 0.96) or (step, rough) == (1e-2, None)
+
+
+def test_windows_are_as_short_as_the_most_violent_recording_asks_for(make_model):
+    """Twice the torques: with its own model windows of 1 s are fitted, whatever starts they need. Where gravity leans by 0.8 degrees and
+    the model does not know it, no start fits, and derivatives at the one that was found say nothing of the smoothed one: windows are
+    shorter, in whichever order the recordings come.
+    """
+    (base, scenario), noise = model(make_model, 2), None
+    wild = replace(scenario, commands=tuple(replace(c, value=2 * c.value) for c in scenario.commands))
+    rover = store.read_rover(base)
+    leans = (Effect(kind="gravity_tilt", parameters={"roll": 0.01, "pitch": 0.01}),)
+    path = make_model(rover, wild)
+    simulator = simulate.Replayer(path)
+    own, leaning = (recorded(make_model(rover, wild, None, effects), wild, 2) for effects in ((), leans))
+    noise = shared_noise([own, leaning])
+    assert window_length(simulator, own, duration=8.0, noise=noise)[0] == 1.0
+    assert window_length(simulator, leaning, duration=8.0, noise=noise)[0] <= 0.7
+    lengths = [window_and_step_of_all(lambda scenario: simulator, runs, noise=noise)[0] for runs in ((own, leaning), (leaning, own))]
+    assert lengths[0] == lengths[1] <= 0.7

@@ -140,6 +140,21 @@ def test_a_violent_window_is_found_by_continuation(make_model):
     assert total / count == pytest.approx(0.995, abs=0.06)
 
 
+def test_a_recording_may_begin_in_the_middle_of_a_swing_with_one_joint_late(make_model):
+    """Cut off at 3.5 s, the upper joint 60 ms later: begun where the model rests, that joint would be 0.1 rad off in the first window."""
+    path, scenario = model(make_model, 1)
+    run = recorded(path, scenario, 1)
+    late = {"angle1": 3.56, "rate1": 3.56}
+    shown = [c if c.role == "command" else (c, late.get(c.name, 3.5)) for c in run.channels]
+    channels = [
+        c if isinstance(c, Channel) else replace(c[0], time=c[0].time[c[0].time > c[1]], value=c[0].value[c[0].time > c[1]]) for c in shown
+    ]
+    comparison = diagnosis.compare_windows(simulate.Replayer(path), replace(run, channels=tuple(channels)))
+    total, count = chi2(comparison.channels)
+    assert total / count == pytest.approx(0.997, abs=0.06)
+    assert not any("not recorded" in note for note in comparison.notes)
+
+
 def test_one_sensor_has_one_noise_over_recordings():
     """The median over recordings: one in which the sensor stands still says nothing of its noise."""
     rng = np.random.default_rng(1)

@@ -8,6 +8,7 @@ import pytest
 from machines import chain
 from recorded import record
 from rille import simulate
+from rille.diagnosis.comparison import compare
 from rille.diagnosis.comparison.compare import compare_windows
 from rille.diagnosis.evidence import evidence_part
 from rille.diagnosis.evidence.evidence_part import gather_part
@@ -118,6 +119,24 @@ def test_windows_in_which_a_body_points_straight_up_are_left_out():
     assert len(cut(recording, steep, 1.0, 1e-3).starts) == 6
 
 
+def test_the_first_window_begins_where_all_channels_have_begun():
+    """One joint is recorded 45 ms later than the other, which is within a quarter of a window; another that comes after two seconds is not
+    waited for.
+    """
+    time = np.arange(0.5, 5, 0.01)
+
+    def begins(*firsts):
+        channels = [
+            Channel(name=f"q{k}", quantity="joint.position", target=f"q{k}", unit="rad", time=time[time > first], value=time[time > first])
+            for k, first in enumerate(firsts)
+        ]
+        return cut(Recording(name="r", channels=tuple(channels)), channels, 1.0, 4e-3).begins
+
+    assert begins(0.0, 0.0)[0] == pytest.approx(0.5)
+    assert begins(0.0, 0.544)[0] == pytest.approx(0.552)  # the next multiple of the step after 0.55 s
+    assert begins(0.0, 2.5)[0] == pytest.approx(0.5)
+
+
 class Slipping:
     """Something that lets go after half a second if steps are coarse, and never if they are fine."""
 
@@ -143,16 +162,28 @@ def test_where_steps_disagree_by_a_jump_nothing_is_corrected():
     assert not error.any()
 
 
+def jumping_from(begin):
+    """``step_error`` that calls everything later a jump."""
+
+    def errors(model, states, stops, samples):
+        return step_error(model, states, stops, samples)[0], tuple(s.time > begin for s in samples)
+
+    return errors
+
+
+def test_samples_after_a_jump_are_not_compared(make_model, monkeypatch):
+    path, run = servo(make_model)
+    monkeypatch.setattr(compare, "step_error", jumping_from(3.3))
+    comparison = compare_windows(simulate.Replayer(path), run, window=WINDOW)
+    (angle,) = comparison.channels
+    assert 3.28 < angle.time.max() <= 3.3
+    missing = np.count_nonzero(run.channel("angle").time > 3.3)
+    assert any(note.startswith(f"{missing} samples are left out") for note in comparison.notes)
+
+
 def test_samples_after_a_jump_are_no_evidence(make_model, monkeypatch):
     path, run = servo(make_model)
     whole = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
-
-    def jumping_from(begin):
-        def errors(model, states, stops, samples):
-            return step_error(model, states, stops, samples)[0], tuple(s.time > begin for s in samples)
-
-        return errors
-
     monkeypatch.setattr(evidence_part, "step_error", jumping_from(3.3))
     part = gather_part(simulate.Replayer(path), run, window=WINDOW, noise=shared_noise([run]))
     assert part.samples[0].time.max() <= 3.3 < whole.samples[0].time.max()

@@ -18,7 +18,7 @@ from rille.diagnosis.evidence.evidence import Array
 from rille.diagnosis.inference.accept import LEAST_EXCESS, NATS
 from rille.diagnosis.inference.confound import TIED, title_of
 from rille.diagnosis.inference.rank import standard_errors_that_count
-from rille.model.hypothesis import Hypothesis, Setting, Term
+from rille.model.hypothesis import FreeNumber, Hypothesis, Setting, Term
 
 Progress = Callable[[str, float], None]
 FITTED = 24  # hypotheses that are fitted, of those that promise something
@@ -32,6 +32,8 @@ LENGTHS = (1.0, 0.3, 0.1)  # and their lengths
 LEAST_DROP = 0.01  # of the excess, for the same
 SIGNIFICANT = 4.0  # [standard deviations of a normal] as improbable a chi-squared counts as beyond its degrees
 SIZES = (0.5, -0.5)  # [spreads] by which amplitudes are tried
+SHAPED = 0.1  # [spreads] by which what gives a law its shape is tried
+FARTHEST = 3.0  # [spreads] up to which a first step is believed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -242,7 +244,7 @@ def _simplicity(rival: Rival) -> tuple[int, bool]:
 
 
 def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tuple[float, Setting]:
-    """What a hypothesis may gain [chi-squared] beside the open numbers, linearised, and the setting where."""
+    """What a hypothesis may gain [chi-squared] beside the open numbers, linearised where an amplitude has a size, and the setting where."""
     best = (-np.inf, base.whole.setting)
     if not hypothesis.free:
         setting = (*base.whole.setting, hypothesis.at())
@@ -251,32 +253,43 @@ def _promise(evidence: BenchEvidence, base: Rival, hypothesis: Hypothesis) -> tu
     for number in (n for n in hypothesis.free if n.amplitude):
         for size in SIZES:
             value = float(np.clip(number.absent + size * number.spread, number.lower, number.upper))
-            if value == number.absent:
-                continue
-            term = hypothesis.at({number.name: value})
-            problem = Problem(evidence, base.whole.setting, (term,))
-            change = (problem.residual(problem.place(problem.setting)) - base.whole.residual) / (value - number.absent)
-            jacobian = np.column_stack([base.whole.jacobian, change])
-            n = base.whole.jacobian.shape[1]
-            low = np.append(problem.low[:n] - base.whole.where, number.lower - number.absent)
-            high = np.append(problem.high[:n] - base.whole.where, number.upper - number.absent)
-            weight = np.append(problem.weight[:n], 0.0)
-            step = bounded_step(
-                jacobian, base.whole.residual, weight, np.append(problem.prior[:n] - base.whole.where, 0.0), low, high, 1e-3
-            )
-            left = base.whole.residual + jacobian @ step
-            gain = base.whole.chi2 - float(left @ left)
-            # Beyond the size that was tried nothing is known: at most three times that.
-            size_found = float(np.clip(step[-1], -3 * number.spread, 3 * number.spread))
-            if gain > best[0]:
-                best = (
-                    gain,
-                    (
-                        *problem.at(problem.place(problem.setting))[:-1],
-                        hypothesis.at({number.name: number.absent + (size_found or value - number.absent)}),
-                    ),
-                )
+            if value != number.absent:
+                best = max(best, _promise_near(evidence, base, hypothesis.at({number.name: value}), number), key=lambda found: found[0])
     return best
+
+
+def _promise_near(evidence: BenchEvidence, base: Rival, term: Term, amplitude: FreeNumber) -> tuple[float, Setting]:
+    """The same near a term with one amplitude: open numbers, the amplitude, and what gives the law its shape may change."""
+    problem = Problem(evidence, base.whole.setting, (term,))
+    place = problem.place(problem.setting)
+    there, n = problem.residual(place), base.whole.jacobian.shape[1]
+    size = term.numbers[amplitude.name] - amplitude.absent
+    shapes = [k for k, number in enumerate(term.hypothesis.free) if not number.amplitude]
+    columns = [base.whole.jacobian, ((there - base.whole.residual) / size)[:, None]]
+    low, high = [amplitude.lower - amplitude.absent], [amplitude.upper - amplitude.absent]
+    for k in shapes:
+        number, value = term.hypothesis.free[k], term.values[k]
+        move = number.spread * (SHAPED if value + SHAPED * number.spread <= number.upper else -SHAPED)
+        moved = problem.place((*problem.setting[:-1], term.hypothesis.at(term.numbers | {number.name: value + move})))
+        columns.append(((problem.residual(moved) - there) / move)[:, None])
+        low.append(max(number.lower - value, -FARTHEST * number.spread))
+        high.append(min(number.upper - value, FARTHEST * number.spread))
+    jacobian, more = np.concatenate(columns, axis=1), 1 + len(shapes)
+    step = bounded_step(
+        jacobian,
+        base.whole.residual,
+        np.append(problem.weight[:n], np.zeros(more)),
+        np.append(problem.prior[:n] - base.whole.where, np.zeros(more)),
+        np.append(problem.low[:n] - base.whole.where, low),
+        np.append(problem.high[:n] - base.whole.where, high),
+        1e-3,
+    )
+    left = base.whole.residual + jacobian @ step
+    # Beyond the size that was tried nothing is known: at most FARTHEST times the spread.
+    reached = float(np.clip(step[n], -FARTHEST * amplitude.spread, FARTHEST * amplitude.spread)) or size
+    numbers = {term.hypothesis.free[k].name: term.values[k] + float(move) for k, move in zip(shapes, step[n + 1 :], strict=True)}
+    begin = term.hypothesis.at({amplitude.name: amplitude.absent + reached, **numbers})
+    return base.whole.chi2 - float(left @ left), (*problem.at(place)[:-1], begin)
 
 
 def _fitted(evidence: BenchEvidence, base: Rival, begin: Setting) -> Calibrated:
@@ -352,23 +365,29 @@ def _independent(evidence: BenchEvidence, residual: Array) -> float:
 def _ahead(evidence: BenchEvidence, one: Rival, other: Rival, independent: float) -> tuple[float, float]:
     """By how much one predicts better [nats], and its standard error over windows.
 
-    The size of a misfit is not known before, so that its likelihood is that of a normal of unknown variance: n/2 log of the ratio of the
-    mean squares (which are not below the noise), n independent numbers. The error is that of a jackknife over windows. Where the one
+    The size of a misfit is not known before, so that its likelihood is that of a normal of unknown variance s^2, which is not below the
+    noise: -n/2 (log s^2 + m/s^2), m the mean square, n independent numbers. The error is that of a jackknife over windows. Where the one
     leaves nothing but noise it is what that noise a does: the sum of squares of the other's residual b differs from what is expected by
     2 <a, b - a>, whether the difference shows in all windows or in few.
     """
     n = len(evidence.labels)
     count = np.bincount(evidence.window, minlength=n)
     squares = [np.bincount(evidence.window, rival.held_out**2, n) for rival in (one, other)]
-    whole = [max(float(part.sum() / count.sum()), 1.0) for part in squares]
-    ahead = 0.5 * independent * float(np.log(whole[1] / whole[0]))
+    whole = [part.sum() / count.sum() for part in squares]
+    ahead = 0.5 * independent * float(_surprise(whole[1]) - _surprise(whole[0]))
     if excess(evidence, one.whole.residual, len(free_numbers(one.whole.setting))) == 0:
         apart = other.held_out - one.held_out
         slip = np.bincount(evidence.window, one.held_out * apart, n)
-        return ahead, independent * float(max(np.linalg.norm(slip), np.linalg.norm(apart))) / (count.sum() * whole[1])
+        return ahead, independent * float(max(np.linalg.norm(slip), np.linalg.norm(apart))) / (count.sum() * max(float(whole[1]), 1.0))
     left = [(part.sum() - part) / (count.sum() - count) for part in squares]
-    each = np.log(np.maximum(left[1], 1.0) / np.maximum(left[0], 1.0))
+    each = _surprise(left[1]) - _surprise(left[0])
     return ahead, 0.5 * independent * float(np.sqrt((n - 1) / n * ((each - each.mean()) ** 2).sum()))
+
+
+def _surprise(mean_square: Array) -> Array:
+    """log s^2 + m/s^2 of mean squares m [sigma^2], s^2 = max(m, 1) the likeliest variance."""
+    likeliest = np.maximum(mean_square, 1.0)
+    return np.log(likeliest) + mean_square / likeliest
 
 
 def _accepted(evidence: BenchEvidence, found: Round, start: float) -> bool:

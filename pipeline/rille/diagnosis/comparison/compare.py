@@ -12,7 +12,7 @@ from rille.diagnosis.starts.noise_floor import difference_noise, noise_of, quant
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts_doubting, residuals
 from rille.diagnosis.starts.start_states import Starts, start_states
-from rille.diagnosis.starts.step_error import finest, step_error, timing
+from rille.diagnosis.starts.step_error import finest, some_of, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
@@ -76,14 +76,25 @@ def _compare(
     fitted = with_a_say(simulator, [c for c in observed if not unfit[c.name] and noise[c.name][0] > 0], noise, starts, parts)
     names = [c.name for c in fitted]
     heard = [s for s in samples if s.channel.name in names]
-
-    def error(states: Array, of: Sequence[Samples] = heard) -> tuple[Array, ...]:
-        return step_error(simulator, states, parts.stops, of)[0]
-
     short = window is not None  # errors of a whole run are not those of its steps
     larger = simulator.changed(step=rough) if rough else None
-    fit = fit_starts_doubting(simulator, starts, parts.stops, heard, on_progress, error=error if short else None, rough=larger)
-    off = error(fit.states, samples) if short else [np.zeros(len(s.time)) for s in samples]
+
+    def fitted_to(some: Sequence[Samples]) -> StartFit:
+        def error(states: Array) -> tuple[Array, ...]:
+            return step_error(simulator, states, parts.stops, some)[0]
+
+        return fit_starts_doubting(simulator, starts, parts.stops, some, on_progress, error=error if short else None, rough=larger)
+
+    fit = fitted_to(heard)
+    off: Sequence[Array] = [np.zeros(len(s.time)) for s in samples]
+    left_out = 0
+    if short:
+        off, jumps = step_error(simulator, fit.states, parts.stops, samples)
+        left_out = sum(int(jump.sum()) for jump in jumps)
+        if left_out:
+            samples = [some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
+            fit = fitted_to([s for s in samples if s.channel.name in names])
+            off = step_error(simulator, fit.states, parts.stops, samples)[0]
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)
     if short:
         moved = timing(simulator.predict, 0.5 * finest(simulator), fit.states, parts.stops, samples)
@@ -96,7 +107,7 @@ def _compare(
         channels=channels,
         windows=_windows(simulator, fit, parts, unreached),
         regimes=within(simulator.regimes(fit.states, parts.stops), parts.starts),
-        notes=_notes(starts, fit),
+        notes=_notes(starts, fit, left_out),
     )
 
 
@@ -200,7 +211,7 @@ def _windows(simulator: Any, fit: StartFit, parts: Cut, unreached: Sequence[int]
     )
 
 
-def _notes(starts: Starts, fit: StartFit) -> tuple[str, ...]:
+def _notes(starts: Starts, fit: StartFit, left_out: int) -> tuple[str, ...]:
     unseen = [c.name for c, seen in zip(starts.coordinates, np.atleast_1d(starts.seen.any(axis=0)).tolist(), strict=True) if not seen]
     notes = []
     if unseen:
@@ -210,4 +221,6 @@ def _notes(starts: Starts, fit: StartFit) -> tuple[str, ...]:
         notes.append(
             f"{len(fit.unfit)} of {len(fit.states)} windows are fitted by no start near the recorded state, and start from it: {few}"
         )
+    if left_out:
+        notes.append(f"{left_out} samples are left out: what is simulated jumps there, sooner or later as the step is small or large")
     return tuple(notes)

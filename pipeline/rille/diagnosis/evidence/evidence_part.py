@@ -18,7 +18,7 @@ from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import FAR, FARTHEST, Directions, Samples, between, fit_starts, residuals
 from rille.diagnosis.starts.start_states import Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
-from rille.diagnosis.starts.step_error import finest, step_error, timing
+from rille.diagnosis.starts.step_error import finest, some_of, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
@@ -297,7 +297,7 @@ class Part:
         to z = 0.
         """
         blocks = []
-        moves = self._own_moves if at is None and plan.change is None else self._moves(plan.at if at is None else at)
+        moves = self._own_moves if at is None and plan.change is None else self.moves(plan.at if at is None else at)
         for s, answer, error, back in zip(self.samples, answers, self.error, moves, strict=True):
             left = residuals(s, said(plan.faults, s.channel, answer - error, s.time)) / s.noise
             blocks.append(np.where(np.isfinite(left), left + back, ENDED))
@@ -305,9 +305,9 @@ class Part:
 
     @cached_property
     def _own_moves(self) -> list[Array]:
-        return self._moves(self.standard)
+        return self.moves(self.standard)
 
-    def _moves(self, standard: Array) -> list[Array]:
+    def moves(self, standard: Array) -> list[Array]:
         """Of each channel (m,) [sigma] what starts at ``standard`` z have changed in what is simulated."""
         along = np.array([standard[:, c, order] for c, order in self.columns]).reshape(len(self.columns), len(standard))
         return [np.einsum("km,km->m", slopes, along[:, s.window]) for s, slopes in zip(self.samples, self.slopes, strict=True)]
@@ -441,7 +441,7 @@ def gather_part(
     channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
     samples = [s for s in samples if len(s.time)]
     if kept is not None:
-        samples = [_some_of(s, np.isin(s.time, kept[s.channel.name])) for s in samples]
+        samples = [some_of(s, np.isin(s.time, kept[s.channel.name])) for s in samples]
     known = _known(near, assumed, starts, samples) if near is not None else None
     alike = near if near is not None and known is not None and np.allclose(near.starts.states, starts.states) else None
     watched = _Watched(model, faults)
@@ -464,7 +464,7 @@ def gather_part(
     if corrected:
         error, jumps = step_error(model, fit.states, parts.stops, _when_true(samples, faults))
         if kept is None and any(jump.any() for jump in jumps):
-            samples = [_some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
+            samples = [some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
             known = fit.directions, [slopes[:, ~jump] for slopes, jump in zip(fit.slopes, jumps, strict=True)]
             fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
             error, _ = step_error(model, fit.states, parts.stops, _when_true(samples, faults))
@@ -529,10 +529,6 @@ def _best_under(near: Part, assumed: Setting, starts: Starts) -> Array:
     """z (n_windows, n_coordinates, 2) of the best starts under another setting, as far as derivatives under its own tell."""
     z = near.best(assumed)
     return np.asarray(np.linalg.solve(starts.factor, near.starts.factor @ z[..., None])[..., 0], dtype=float)
-
-
-def _some_of(samples: Samples, chosen: NDArray[np.bool_]) -> Samples:
-    return replace(samples, window=samples.window[chosen], time=samples.time[chosen], value=samples.value[chosen])
 
 
 def _some(parts: Cut, most: int) -> Cut:

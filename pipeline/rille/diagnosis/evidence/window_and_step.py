@@ -10,7 +10,7 @@ from rille.diagnosis.evidence.applied import Simulators, of_scenario
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.evidence_part import Part, gather_part
 from rille.diagnosis.evidence.held_out import extent
-from rille.diagnosis.evidence.window_length import window_length
+from rille.diagnosis.evidence.window_length import LENGTHS, window_length
 from rille.diagnosis.starts.start_fit import between
 from rille.diagnosis.starts.step_error import finest
 from rille.model import InputRefused
@@ -26,7 +26,13 @@ RESOLVED = 0.5  # of the shortest sampling interval: ripples that samples can sh
 
 
 def window_and_step(
-    simulator: Any, recording: Recording, *, noise: Mapping[str, tuple[float, str]], duration: float, window: float | None = None
+    simulator: Any,
+    recording: Recording,
+    *,
+    noise: Mapping[str, tuple[float, str]],
+    duration: float,
+    window: float | None = None,
+    longest: float = LENGTHS[0],
 ) -> tuple[float, float, float | None]:
     """Length of windows, as of ``window_length`` if it is not given, the step of all replays, and that of derivatives and first looks [s].
 
@@ -38,7 +44,7 @@ def window_and_step(
     Parameters
     ----------
     simulator : as ``rille.simulate.Replayer``; it stays as it is. noise : of channels by name, as of ``shared_noise``. duration : [s] of
-        all recordings together.
+        all recordings together. longest : windows [s] that are tried.
 
     Raises
     ------
@@ -49,7 +55,7 @@ def window_and_step(
     rough = simulator.changed(step=multiples[-1] * simulator.step) if multiples else simulator  # good enough for the starts
     grid, part = GRID * simulator.step, None
     if window is None:
-        window, part = window_length(rough, recording, duration=duration, noise=noise, grid=grid if multiples else None)
+        window, part = window_length(rough, recording, duration=duration, noise=noise, grid=grid if multiples else None, longest=longest)
     if not multiples or window < 4 * grid:
         return window, simulator.step, None
     if part is None:
@@ -62,18 +68,24 @@ def window_and_step(
 def window_and_step_of_all(
     simulators: Simulators, recordings: Sequence[Recording], *, noise: Mapping[str, tuple[float, str]], window: float | None = None
 ) -> tuple[float, float, float | None]:
-    """Length of windows as the first recording allows, steps as all do: what one that moves faster shows of a long step is no physics.
+    """Length of windows and steps as all recordings allow: what one that moves faster shows of long ones is no physics.
 
     simulators : as of ``gather``. Others as of ``window_and_step``.
     """
     duration = sum(last - first for first, last in map(extent, recordings))
-    found = []
-    for recording in recordings:
-        simulator = of_scenario(simulators, recording.scenario)
-        found.append(window_and_step(simulator, recording, noise=noise, duration=duration, window=found[0][0] if found else window))
+    models = [of_scenario(simulators, recording.scenario) for recording in recordings]
+    like: dict[str, Any] = {"noise": noise, "duration": duration}
+    found: list[tuple[float, float, float | None]] = []
+    for model, recording in zip(models, recordings, strict=True):
+        longest = found[-1][0] if found else LENGTHS[0]
+        found.append(window_and_step(model, recording, window=window, longest=longest, **like))
+    shortest = found[-1][0]
+    for k, (length, _, _) in enumerate(found):
+        if length > shortest:
+            found[k] = window_and_step(models[k], recordings[k], window=shortest, **like)
     step = min(step for _, step, _ in found)
     rough = min(rough or 0.0 for _, _, rough in found)
-    return found[0][0], step, rough if rough > step else None
+    return shortest, step, rough if rough > step else None
 
 
 def _largest(simulator: Any, part: Part, multiples: Sequence[int]) -> tuple[int, bool]:

@@ -2,7 +2,8 @@
 
 The longer a window, the more a small missing force adds up in it, and the less another start can explain it: the evidence grows many times
 over. But errors of the start grow, too; where the motion is violent, soon in no linear way, and no window says anything any more.
-Nor do long windows of a model that is far off: they end in states that the machine never saw.
+Nor do long windows of a model that is far off: they end in states that the machine never saw, and where no start fits, the one that was
+found is as far from the true one as the smoothed one is: what derivatives there say of it must hold that far.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.evidence_part import Part, gather_part
-from rille.diagnosis.starts.start_fit import residuals
+from rille.diagnosis.starts.start_fit import UNFIT, residuals
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.model.recording import Recording
 
@@ -24,34 +25,42 @@ LEAST = 8  # windows that the recordings must have
 DRAWS = 2
 BENT = 0.25  # [sigma] root mean square of what is not linear, in three of four windows
 QUARTER = 0.75
+ASTRAY = 3.0  # [noise] root mean square of what is not linear on the way from a smoothed start to the fitted one, where that does not fit
 FAR_OFF = 10.0  # [noise] root mean square of the residuals
 MOST = 1e3  # [noise] larger residuals count as this
 
 
 def window_length(
-    simulator: Any, recording: Recording, *, duration: float, noise: Mapping[str, tuple[float, str]], grid: float | None = None
+    simulator: Any,
+    recording: Recording,
+    *,
+    duration: float,
+    noise: Mapping[str, tuple[float, str]],
+    grid: float | None = None,
+    longest: float = LENGTHS[0],
 ) -> tuple[float, Part | None]:
-    """Length of windows [s]: the longest of ``LENGTHS`` in which starts drawn from what the recording leaves open answer linearly, and the
-    model is not far off; and the windows that showed that, None where none did and the last length is taken.
+    """Length of windows [s]: the longest of ``LENGTHS`` in which starts drawn from what the recording leaves open answer linearly, those
+    that do not fit as far as they may be off, and the model is not far off; and the windows that showed that, None where none did and the
+    last length is taken.
 
     Parameters
     ----------
     simulator : as ``rille.simulate.Replayer``; it stays as it is. duration : [s] of all recordings together. noise : of channels by name.
-    grid : [s], windows begin and end at whole multiples.
+    grid : [s], windows begin and end at whole multiples. longest : [s] that is tried.
 
     Raises
     ------
     InputRefused : as ``compare_windows``.
     """
     for length in LENGTHS[:-1]:
-        if duration < LEAST * length:
+        if length > longest or duration < LEAST * length:
             continue
         most = int(np.clip(SECONDS / length, *WINDOWS))
         part = gather_part(
             simulator, recording, window=length, noise=noise, grid=grid if length >= 4 * (grid or 0.0) else None, most=most, corrected=False
         )
         answers = _answers(part, part.states)
-        if _bend(part, answers) < BENT and _misfit(part, answers) < FAR_OFF:
+        if _bend(part, answers) < BENT and _misfit(part, answers) < FAR_OFF and _astray(part, answers) < ASTRAY:
             return length, part
     return LENGTHS[-1], None
 
@@ -62,12 +71,25 @@ def _answers(part: Part, states: Array) -> list[Array]:
     return [answer[0] for answer in part.simulator.predict(states[None], part.last, [s.channel for s in part.samples], picks)]
 
 
+def _off(part: Part, answers: Sequence[Array]) -> Array:
+    """(m,) residuals [noise] in the order of evidence."""
+    off = [np.nan_to_num(residuals(s, answer) / s.noise, nan=MOST) for s, answer in zip(part.samples, answers, strict=True)]
+    return np.clip(part.ordered(off), -MOST, MOST)
+
+
 def _misfit(part: Part, answers: Sequence[Array]) -> float:
     """Root mean square [noise] of what the starts cannot explain."""
-    off = [np.nan_to_num(residuals(s, answer) / s.noise, nan=MOST) for s, answer in zip(part.samples, answers, strict=True)]
-    metric = Metric(part.window, part.start_gain)
-    left = metric.whitened(np.clip(part.ordered(off), -MOST, MOST)[None])[0]
+    left = Metric(part.window, part.start_gain).whitened(_off(part, answers)[None])[0]
     return float(np.sqrt(np.mean(left**2)))
+
+
+def _astray(part: Part, answers: Sequence[Array]) -> float:
+    """Largest root mean square [noise], in windows that no start fits, of what derivatives at the fitted starts miss of smoothed ones."""
+    count = np.maximum(np.bincount(part.window, minlength=len(part.first)), 1)
+    at_fitted, at_smoothed = _off(part, answers), _off(part, _answers(part, part.starts.states))
+    missed = at_smoothed - at_fitted - part.ordered(part.moves(part.standard))
+    fits, misses = (np.bincount(part.window, left**2, len(count)) / count for left in (at_fitted, missed))
+    return float(np.sqrt(np.max(misses[fits > 1 + UNFIT * np.sqrt(2 / count)], initial=0.0)))
 
 
 def _bend(part: Part, answers: Sequence[Array]) -> float:

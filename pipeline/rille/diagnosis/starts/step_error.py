@@ -7,6 +7,7 @@ by half of f changes.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,15 +35,34 @@ def step_error(
     Returns
     -------
     Of each channel (m,) [unit] the error, 0 where a run ended, and at jumps; and (m,) whether a sample is of a jump, of which no step says
-    what is right: a wheel that loses its hold sooner or later.
+    what is right: a wheel that loses its hold sooner or later. Where a channel is of a jump up to the end of a window, the two runs have
+    parted, and so are all channels from there on.
     """
     fine = coarse.changed(step=finest(coarse))
     bare, picks = [s.channel for s in samples], [(s.window, s.time) for s in samples]
     both = (one.predict(states[None], stops, bare, picks) for one in (coarse, fine))
     changes = [np.nan_to_num(between(s, rough[0], smooth[0])) for s, rough, smooth in zip(samples, *both, strict=True)]
     factor = coarse.step / (coarse.step - fine.step)
-    jumps = tuple(np.abs(c) >= MOST * s.noise for s, c in zip(samples, changes, strict=True))
+    jumps = _parted(samples, [np.abs(c) >= MOST * s.noise for s, c in zip(samples, changes, strict=True)], len(stops))
     return tuple(np.where(jump, 0.0, factor * c) for c, jump in zip(changes, jumps, strict=True)), jumps
+
+
+def _parted(samples: Sequence[Samples], jumps: Sequence[NDArray[np.bool_]], n_windows: int) -> tuple[NDArray[np.bool_], ...]:
+    """Jumps (m,) of each channel, and all samples of a window from where one of its channels jumps up to its end."""
+    since = np.full(n_windows, np.inf)
+    for s, jump in zip(samples, jumps, strict=True):
+        for window in np.unique(s.window[jump]):
+            here = np.flatnonzero(s.window == window)
+            last = here[np.argsort(s.time[here], kind="stable")][::-1]
+            count = len(last) if jump[last].all() else int(np.argmin(jump[last]))
+            if count:
+                since[window] = min(since[window], s.time[last[count - 1]])
+    return tuple(jump | (s.time >= since[s.window]) for s, jump in zip(samples, jumps, strict=True))
+
+
+def some_of(samples: Samples, which: NDArray[np.bool_]) -> Samples:
+    """Those ``which`` (m,) is true of."""
+    return replace(samples, window=samples.window[which], time=samples.time[which], value=samples.value[which])
 
 
 def timing(predict: Callable[..., list[Array]], half: float, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:
