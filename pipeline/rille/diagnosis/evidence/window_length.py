@@ -25,7 +25,7 @@ LEAST = 8  # windows that the recordings must have
 DRAWS = 2
 BENT = 0.25  # [sigma] root mean square of what is not linear, in three of four windows
 QUARTER = 0.75
-ASTRAY = 3.0  # [noise] root mean square of what is not linear on the way from a smoothed start to the fitted one, where that does not fit
+ASTRAY = 0.25  # share of what the way from a smoothed start to the fitted one changes, where that does not fit, that is not linear
 FAR_OFF = 10.0  # [noise] root mean square of the residuals
 MOST = 1e3  # [noise] larger residuals count as this
 
@@ -84,12 +84,16 @@ def _misfit(part: Part, answers: Sequence[Array]) -> float:
 
 
 def _astray(part: Part, answers: Sequence[Array]) -> float:
-    """Largest root mean square [noise], in windows that no start fits, of what derivatives at the fitted starts miss of smoothed ones."""
+    """Largest share, in windows that no start fits, of what the way from the smoothed start to the fitted one changes, that derivatives at
+    the fitted one miss. What is less than the noise is no miss.
+    """
     count = np.maximum(np.bincount(part.window, minlength=len(part.first)), 1)
     at_fitted, at_smoothed = _off(part, answers), _off(part, _answers(part, part.starts.states))
-    missed = at_smoothed - at_fitted - part.ordered(part.moves(part.standard))
-    fits, misses = (np.bincount(part.window, left**2, len(count)) / count for left in (at_fitted, missed))
-    return float(np.sqrt(np.max(misses[fits > 1 + UNFIT * np.sqrt(2 / count)], initial=0.0)))
+    changes = at_smoothed - at_fitted
+    missed = changes - part.ordered(part.moves(part.standard))
+    fit, change, miss = (np.bincount(part.window, left**2, len(count)) / count for left in (at_fitted, changes, missed))
+    far = (fit > 1 + UNFIT * np.sqrt(2 / count)) & (miss > 1)
+    return float(np.sqrt(np.max(miss[far] / np.maximum(change[far], 1e-12), initial=0.0)))
 
 
 def _bend(part: Part, answers: Sequence[Array]) -> float:
