@@ -134,8 +134,8 @@ def test_plate_size_shows_between_two_widths():
 
 
 def test_plate_size_about_a_width_that_no_wheel_has():
-    """A law about a plate of half of either width makes both wheels sink less: what is common to them is not a number of the soil. Its
-    number within 3 half intervals.
+    """A law about a plate that is narrower than either makes both wheels sink less: what is common to them is not a number of the soil.
+    Its numbers within 3 half intervals.
     """
     law = planted("plate_size", exponent=0.4, reference_width=0.06)
     wide = made_rig("wide", planted=law, wheel=replace(WHEEL, width=0.2), target="wide", seed=2)

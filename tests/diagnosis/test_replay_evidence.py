@@ -239,7 +239,7 @@ def test_windows_are_as_short_as_the_most_violent_recording_asks_for(make_model)
     the model does not know it, no start fits, and derivatives at the one that was found say nothing of the smoothed one: windows are
     shorter, in whichever order the recordings come.
     """
-    (base, scenario), noise = model(make_model, 2), None
+    base, scenario = model(make_model, 2)
     wild = replace(scenario, commands=tuple(replace(c, value=2 * c.value) for c in scenario.commands))
     rover = store.read_rover(base)
     leans = (Effect(kind="gravity_tilt", parameters={"roll": 0.01, "pitch": 0.01}),)

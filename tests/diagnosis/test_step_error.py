@@ -162,6 +162,32 @@ def test_where_steps_disagree_by_a_jump_nothing_is_corrected():
     assert not error.any()
 
 
+class Parting(Slipping):
+    """Of three channels the second leaps for a while and comes back, the third lets go for good if steps are coarse."""
+
+    def changed(self, step):
+        return Parting(step)
+
+    def predict(self, states, stops, channels, picks):
+        coarse = self.step > 1.5e-3
+        leaps = (lambda t: 0 * t, lambda t: (t > 0.2) & (t < 0.3), lambda t: t > 0.7)
+        return [(np.sin(time) + coarse * leap(time))[None] for leap, (_, time) in zip(leaps, picks, strict=True)]
+
+
+def test_where_runs_part_no_channel_is_told_from_there_on():
+    """A leap of 0.1 s is of its own channel alone; what stays apart up to the end of its window takes all others along, there only."""
+    time, window = np.linspace(0, 0.99, 100), np.zeros(100, dtype=int)
+    channel = Channel(name="angle", quantity="joint.position", target="wheel", unit="rad")
+    both = np.r_[time, 1 + time / 10], np.r_[window, window + 1]
+    samples = [Samples(channel=channel, window=both[1], time=both[0], value=np.sin(both[0]), noise=0.01) for _ in range(3)]
+    samples[2] = samples[2].where(samples[2].window == 0)
+    _, (first, second, third) = step_error(Parting(4e-3), np.zeros((2, 3)), np.array([1.0, 1.1]), samples)
+    parted = (both[0] > 0.7) & (both[1] == 0)
+    assert np.array_equal(first, parted)
+    assert np.array_equal(second, parted | ((both[0] > 0.2) & (both[0] < 0.3)))
+    assert np.array_equal(third, parted[:100])
+
+
 def jumping_from(begin):
     """``step_error`` that calls everything later a jump."""
 

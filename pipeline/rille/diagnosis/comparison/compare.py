@@ -12,7 +12,7 @@ from rille.diagnosis.starts.noise_floor import difference_noise, noise_of, quant
 from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts_doubting, residuals
 from rille.diagnosis.starts.start_states import Starts, start_states
-from rille.diagnosis.starts.step_error import finest, some_of, step_error, timing
+from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
@@ -92,7 +92,7 @@ def _compare(
         off, jumps = step_error(simulator, fit.states, parts.stops, samples)
         left_out = sum(int(jump.sum()) for jump in jumps)
         if left_out:
-            samples = [some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
+            samples = [s.where(~jump) for s, jump in zip(samples, jumps, strict=True)]
             fit = fitted_to([s for s in samples if s.channel.name in names])
             off = step_error(simulator, fit.states, parts.stops, samples)[0]
     channels, unreached = _compared(simulator, observed, fitted, samples, off, unfit, noise, fit, parts.stops)

@@ -18,7 +18,7 @@ from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
 from rille.diagnosis.starts.start_fit import FAR, FARTHEST, Directions, Samples, between, fit_starts, residuals
 from rille.diagnosis.starts.start_states import Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
-from rille.diagnosis.starts.step_error import finest, some_of, step_error, timing
+from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
@@ -441,7 +441,7 @@ def gather_part(
     channels = tuple(c for c, s in zip(channels, samples, strict=True) if len(s.time))
     samples = [s for s in samples if len(s.time)]
     if kept is not None:
-        samples = [some_of(s, np.isin(s.time, kept[s.channel.name])) for s in samples]
+        samples = [s.where(np.isin(s.time, kept[s.channel.name])) for s in samples]
     known = _known(near, assumed, starts, samples) if near is not None else None
     alike = near if near is not None and known is not None and np.allclose(near.starts.states, starts.states) else None
     watched = _Watched(model, faults)
@@ -464,7 +464,7 @@ def gather_part(
     if corrected:
         error, jumps = step_error(model, fit.states, parts.stops, _when_true(samples, faults))
         if kept is None and any(jump.any() for jump in jumps):
-            samples = [some_of(s, ~jump) for s, jump in zip(samples, jumps, strict=True)]
+            samples = [s.where(~jump) for s, jump in zip(samples, jumps, strict=True)]
             known = fit.directions, [slopes[:, ~jump] for slopes, jump in zip(fit.slopes, jumps, strict=True)]
             fit = fit_starts(watched, starts, parts.stops, samples, on_progress, known=known, **like)
             error, _ = step_error(model, fit.states, parts.stops, _when_true(samples, faults))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rille.diagnosis.evidence.evidence import Metric
 from rille.diagnosis.evidence.evidence_part import Part, gather_part
-from rille.diagnosis.starts.start_fit import UNFIT, residuals
+from rille.diagnosis.starts.start_fit import is_more_than_noise, residuals
 from rille.diagnosis.starts.state_coordinates import moved
 from rille.model.recording import Recording
 
@@ -88,11 +88,17 @@ def _astray(part: Part, answers: Sequence[Array]) -> float:
     the fitted one miss. What is less than the noise is no miss.
     """
     count = np.maximum(np.bincount(part.window, minlength=len(part.first)), 1)
-    at_fitted, at_smoothed = _off(part, answers), _off(part, _answers(part, part.starts.states))
-    changes = at_smoothed - at_fitted
-    missed = changes - part.ordered(part.moves(part.standard))
-    fit, change, miss = (np.bincount(part.window, left**2, len(count)) / count for left in (at_fitted, changes, missed))
-    far = (fit > 1 + UNFIT * np.sqrt(2 / count)) & (miss > 1)
+
+    def mean_squares(left: Array) -> Array:
+        return np.bincount(part.window, left**2, len(count)) / count
+
+    at_fitted = _off(part, answers)
+    unfit = is_more_than_noise(mean_squares(at_fitted), count)
+    if not unfit.any():
+        return 0.0
+    changes = _off(part, _answers(part, part.starts.states)) - at_fitted
+    change, miss = mean_squares(changes), mean_squares(changes - part.ordered(part.moves(part.standard)))
+    far = unfit & (miss > 1)
     return float(np.sqrt(np.max(miss[far] / np.maximum(change[far], 1e-12), initial=0.0)))
 
 

@@ -78,6 +78,15 @@ class Samples:
     value: Array
     noise: float
 
+    def where(self, flags: NDArray[np.bool_]) -> "Samples":
+        """Only the samples that ``flags`` (m,) are true of."""
+        return replace(self, window=self.window[flags], time=self.time[flags], value=self.value[flags])
+
+
+def is_more_than_noise(mean_square: Array, count: Array, times: float = 1.0) -> NDArray[np.bool_]:
+    """Whether mean squares [noise^2] of so many samples are beyond what chance makes of noise, by ``times`` ``UNFIT`` standard errors."""
+    return np.asarray(mean_square > 1 + times * UNFIT * np.sqrt(2 / count))
+
 
 def residuals(samples: Samples, predicted: Array) -> Array:
     """value - predicted (..., m); angles wrapped; components of quaternions with the sign of their window, since q and -q are one turn."""
@@ -133,8 +142,7 @@ class _Problem:
         result = []
         for s, here, answer in zip(self.samples, chosen, answers, strict=True):
             full = np.full((len(standard), len(s.time)), np.nan)
-            part = Samples(channel=s.channel, window=s.window[here], time=s.time[here], value=s.value[here], noise=s.noise)
-            left = residuals(part, answer) / s.noise
+            left = residuals(s.where(here), answer) / s.noise
             full[:, here] = np.where(np.isfinite(left), left, ENDED)
             result.append(full)
         return result
@@ -369,13 +377,13 @@ class _Descent:
     def unfit(self) -> NDArray[np.int64]:
         """Windows whose residual is more than noise."""
         excess, count = self._excess()
-        return np.flatnonzero(excess > 1 + UNFIT * np.sqrt(2 / count))
+        return np.flatnonzero(is_more_than_noise(excess, count))
 
     def hopeless(self) -> NDArray[np.int64]:
         """Windows whose residual stays more than noise, and far more, if their next step keeps what it promises."""
         excess, count = self._excess()
         promised = np.array([self._step(window, 0.0)[1] for window in range(len(self.share))]) if self.columns else 0.0
-        return np.flatnonzero(excess - 2 * promised / count > 1 + HOPELESS * UNFIT * np.sqrt(2 / count))
+        return np.flatnonzero(is_more_than_noise(excess - 2 * promised / count, count, HOPELESS))
 
     def begin_again(self, windows: NDArray[np.int64], at: Array, on_progress: Callable[[int, int, str], None] | None) -> None:
         """From z ``at`` (n_windows, n_coordinates, 2); windows that are not fitted from there either go back."""

@@ -7,7 +7,6 @@ by half of f changes.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -51,18 +50,11 @@ def _parted(samples: Sequence[Samples], jumps: Sequence[NDArray[np.bool_]], n_wi
     """Jumps (m,) of each channel, and all samples of a window from where one of its channels jumps up to its end."""
     since = np.full(n_windows, np.inf)
     for s, jump in zip(samples, jumps, strict=True):
-        for window in np.unique(s.window[jump]):
-            here = np.flatnonzero(s.window == window)
-            last = here[np.argsort(s.time[here], kind="stable")][::-1]
-            count = len(last) if jump[last].all() else int(np.argmin(jump[last]))
-            if count:
-                since[window] = min(since[window], s.time[last[count - 1]])
+        calm = np.full(n_windows, -np.inf)  # the last instant at which this channel is of no jump
+        np.maximum.at(calm, s.window[~jump], s.time[~jump])
+        to_the_end = s.time > calm[s.window]
+        np.minimum.at(since, s.window[to_the_end], s.time[to_the_end])
     return tuple(jump | (s.time >= since[s.window]) for s, jump in zip(samples, jumps, strict=True))
-
-
-def some_of(samples: Samples, which: NDArray[np.bool_]) -> Samples:
-    """Those ``which`` (m,) is true of."""
-    return replace(samples, window=samples.window[which], time=samples.time[which], value=samples.value[which])
 
 
 def timing(predict: Callable[..., list[Array]], half: float, states: Array, stops: Array, samples: Sequence[Samples]) -> tuple[Array, ...]:

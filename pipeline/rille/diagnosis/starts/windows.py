@@ -28,11 +28,11 @@ class Cut:
 def cut(recording: Recording, channels: Sequence[Channel], window: float | None, step: float, run_up: float = 0.0) -> Cut:
     """Windows of about that length [s], one behind the other; None: one over everything.
 
-    The first one begins where all channels have begun that do so within ``LATE`` of a window: before, nothing shows what they show. A
-    window that a gap would cut ends where the gap begins, and the next starts behind it. ``run_up`` [s]: the simulation begins so much
-    earlier, so that wheels and contacts have found their loads where the comparison starts; where nothing was recorded before (at the
-    beginning, behind a gap), it starts so much later instead. Windows of a body that points straight up or down, as angles tell it, are
-    left out.
+    The first one, and that behind a gap, begins where all channels have begun that do so within ``LATE`` of a window: before, nothing
+    shows what they show. A window that a gap would cut ends where the gap begins, and the next starts behind it. ``run_up`` [s]: the
+    simulation begins so much earlier, so that wheels and contacts have found their loads where the comparison starts; where nothing was
+    recorded before (at the beginning, behind a gap), it starts so much later instead. Windows of a body that points straight up or down, as
+    angles tell it, are left out.
 
     Raises
     ------
