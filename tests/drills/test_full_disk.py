@@ -5,12 +5,15 @@ same errors at the same places.
 """
 
 import contextlib
+import math
 import os
 import resource
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -19,7 +22,10 @@ from command import RILLE
 from effect_rigs import EARTH
 from machines import cart, plane
 from rille import store, terrain
-from rille.model import Command, Scenario
+from rille.cli.sweep_prepare import prepare
+from rille.model import Command, MachineFailed, Scenario
+from rille.model.study import Case
+from rille.study import read_study_sheet
 
 SIZE = 3_000_000  # bytes
 
@@ -128,53 +134,87 @@ slope = "2 deg"
 SLOPES = 24
 
 
-def test_a_study_that_finds_no_room_keeps_what_is_done_and_goes_on(make_model, tmp_path):
+@pytest.fixture
+def temporary(tmp_path):
+    """A folder for temporary files with room for 40 MB."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40M", "tmpfs", str(folder)], capture_output=True).returncode:
+        pytest.skip("a file system of its own cannot be mounted here")
+    yield folder
+    subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def fill(filler: Path) -> None:
+    """Take all the room that is left."""
+    with contextlib.suppress(OSError), filler.open("ab") as file:
+        while True:
+            file.write(bytes(1 << 16))
+            file.flush()
+
+
+def sloping_study(tmp_path: Path) -> Path:
+    """The sheet of a study whose cases each have ground of their own."""
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=1, gravity=(0, 0, -EARTH), terrain="slope", placement="on_terrain", settle_time=1, commands=commands
+    )
+    model, scene, sheet = (tmp_path / name for name in ("model.db", "slope.toml", "study.toml"))
+    scene.write_text(GROUND)
+    store.create(model)
+    store.write_rover(model, rover)
+    store.write_terrain(model, terrain.build(scene))
+    store.write_scenario(model, scenario)
+    sheet.write_text(
+        'name = "s"\nmodel = "model.db"\nscenario = "s"\nterrain = "slope.toml"\ndesign = "grid"\n'
+        f'levels = {SLOPES}\n[[vary]]\nname = "base.slope"\nlow = "1 deg"\nhigh = "6 deg"\n'
+    )
+    return sheet
+
+
+def test_a_study_that_finds_no_room_keeps_what_is_done_and_goes_on(temporary, tmp_path):
     """Each slope is ground of its own, which workers write to TMPDIR: that fills while they are at work, and is emptied again. A full disk
     is no case's fault, so it is no case's outcome.
     """
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40M", "tmpfs", str(temporary)], capture_output=True).returncode:
-        pytest.skip("a file system of its own cannot be mounted here")
-    try:
-        rover = cart(5.0, 0.15, 0.165)
-        commands = tuple(Command(drive=d.name, time=0.0, value=1.0) for d in rover.drives)
-        scenario = Scenario(
-            name="s", duration=1, gravity=(0, 0, -EARTH), terrain="slope", placement="on_terrain", settle_time=1, commands=commands
-        )
-        model, scene, sheet, study = (tmp_path / name for name in ("model.db", "slope.toml", "study.toml", "study.db"))
-        scene.write_text(GROUND)
-        store.create(model)
-        store.write_rover(model, rover)
-        store.write_terrain(model, terrain.build(scene))
-        store.write_scenario(model, scenario)
-        sheet.write_text(
-            'name = "s"\nmodel = "model.db"\nscenario = "s"\nterrain = "slope.toml"\ndesign = "grid"\n'
-            f'levels = {SLOPES}\n[[vary]]\nname = "base.slope"\nlow = "1 deg"\nhigh = "6 deg"\n'
-        )
-        command = [RILLE, "sweep", str(sheet), "-o", str(study), "--workers", "1"]
-        environment = {**os.environ, "TMPDIR": str(temporary)}
-        filler = temporary / "filler"
-        filler.touch()  # while there is room for its name
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not (study.exists() and "done" in store.read_study(study).status):
-            time.sleep(0.01)
-        with contextlib.suppress(OSError), filler.open("ab") as file:
-            while True:
-                file.write(bytes(1 << 16))
-                file.flush()
-        out, err = process.communicate(timeout=120)
-        refused(subprocess.CompletedProcess(command, process.returncode, out, err))
-        assert "no room" in err
-        assert "goes on" in err
-        status = store.read_study(study).status
-        assert set(status) == {"done", "waiting"}, store.read_study(study).reason
-        filler.unlink()
-        again = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
-        assert again.returncode == 0, again.stderr
-        assert f"{status.count('done')} of {SLOPES} cases are done already" in again.stderr
-        assert store.read_study(study).status == ("done",) * SLOPES
-        assert list(temporary.iterdir()) == []  # nor do workers leave anything
-    finally:
-        subprocess.run(["umount", "-l", str(temporary)], check=True)
+    sheet, study = sloping_study(tmp_path), tmp_path / "study.db"
+    command = [RILLE, "sweep", str(sheet), "-o", str(study), "--workers", "1"]
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    filler = temporary / "filler"
+    filler.touch()  # while there is room for its name
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and not (study.exists() and "done" in store.read_study(study).status):
+        time.sleep(0.01)
+    fill(filler)
+    out, err = process.communicate(timeout=120)
+    refused(subprocess.CompletedProcess(command, process.returncode, out, err))
+    assert "no room" in err
+    assert "goes on" in err
+    status = store.read_study(study).status
+    assert set(status) == {"done", "waiting"}, store.read_study(study).reason
+    filler.unlink()
+    again = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
+    assert again.returncode == 0, again.stderr
+    assert f"{status.count('done')} of {SLOPES} cases are done already" in again.stderr
+    assert store.read_study(study).status == ("done",) * SLOPES
+    assert list(temporary.iterdir()) == []  # nor do workers leave anything
+
+
+def test_whatever_room_is_left_no_case_is_refused_for_want_of_it(temporary, tmp_path, monkeypatch):
+    """Room ends at every place of a case in turn: in its heights, the copy of the model, the journal, the rows of ground and scenario."""
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    job = prepare(read_study_sheet(sloping_study(tmp_path)), tmp_path, lambda what, fraction: None).work
+    filler = temporary / "filler"
+    filler.touch()
+    went = Counter()
+    for number, pages in enumerate(range(0, 300, 2)):
+        fill(filler)
+        os.truncate(filler, max(0, filler.stat().st_size - 4096 * pages))
+        try:
+            (result,) = job([Case(number=number, values=(math.radians(1 + 0.01 * number),))])
+            went[f"{result.status} {result.reason}"] += 1
+        except MachineFailed as failed:
+            went[str(failed).split(" in ")[0]] += 1
+        os.truncate(filler, 0)
+    assert set(went) == {"no room for a worker", "done "}, went

@@ -17,7 +17,7 @@ from rille.simulate.case import CaseRunner, Setting
 
 GROUNDS = 4  # variants of the ground that are held in memory
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # of a disk
-NO_ROOM_OF_SQLITE = ("SQLITE_FULL", "SQLITE_IOERR")  # the same where SQLite writes; names of its errors begin so
+NO_ROOM_OF_SQLITE = ("SQLITE_FULL", "SQLITE_IOERR", "SQLITE_CANTOPEN")  # the same where SQLite writes; names of its errors begin so
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +116,7 @@ def _no_room(error: BaseException | None) -> BaseException | None:
         return None
     full = isinstance(error, OSError) and error.errno in NO_ROOM
     full = full or getattr(error, "sqlite_errorname", "").startswith(NO_ROOM_OF_SQLITE)
-    return error if full else _no_room(error.__cause__)
+    return error if full else _no_room(error.__cause__ or error.__context__)
 
 
 _opened: dict[str, _Opened] = {}  # of this process

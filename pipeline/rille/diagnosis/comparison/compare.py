@@ -22,7 +22,7 @@ Noise = Mapping[str, tuple[float, str]]
 Progress = Callable[[int, int, str], None] | None
 RUN_UP = 0.2  # [s] on ground: what a start state's error of height and tilt does to wheel loads has died out by then
 EXPLAINED = 2.0  # [noise]
-UNFIT = {"bad_channel": "the data gate calls it a bad channel", "stuck": "the data gate found it stuck"}
+OF_NO_USE = {"bad_channel": "the data gate calls it a bad channel", "stuck": "the data gate found it stuck"}
 
 
 def compare_windows(
@@ -131,7 +131,7 @@ def with_a_say(simulator: Any, channels: Sequence[Channel], noise: Noise, starts
 
 def why_unfit(channel: Channel, recording: Recording) -> str:
     """Why a channel takes no part in fits; '' if it does."""
-    for code, why in UNFIT.items():
+    for code, why in OF_NO_USE.items():
         if channel.name in recording.flagged(code):
             return why
     return "" if np.isfinite(channel.value).sum() >= 8 else "it has fewer than 8 samples"

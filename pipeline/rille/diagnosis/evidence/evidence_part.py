@@ -142,9 +142,7 @@ class Part:
             states=self.states[windows],
             first=self.first[windows],
             last=self.last[windows],
-            samples=tuple(
-                replace(s, window=place[s.window[h]], time=s.time[h], value=s.value[h]) for s, h in zip(self.samples, here, strict=True)
-            ),
+            samples=tuple(replace(s.where(h), window=place[s.window[h]]) for s, h in zip(self.samples, here, strict=True)),
             slopes=tuple(slopes[:, h] for slopes, h in zip(self.slopes, here, strict=True)),
             error=tuple(error[h] for error, h in zip(self.error, here, strict=True)),
             timing=tuple(timing[h] for timing, h in zip(self.timing, here, strict=True)),
