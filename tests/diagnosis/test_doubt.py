@@ -8,8 +8,9 @@ import pytest
 from rille.diagnosis.inference.doubt import brief, doubt, vague
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.rivals import swapped_together
 from rille.diagnosis.inference.search import search
-from rille.diagnosis.inference.settle import State, _swapped_together, exchange
+from rille.diagnosis.inference.settle import State, exchange
 from rille.model.diagnosis import Estimate, NamedTerm
 from toy_evidence import catalogue, effect, named, number, recorded
 
@@ -59,7 +60,7 @@ def test_two_pieces_that_could_each_be_another_could_both_be():
     standing = SimpleNamespace(
         fitted=[SimpleNamespace(setting=s) for s in settings], confounded=SimpleNamespace(order=(1, 2, 3, 4), number=(-1, 0, 0, 0, 1))
     )
-    assert _swapped_together(standing, (a, b), 0) == [(c, d)]
+    assert swapped_together(standing, (a, b), 0) == [(c, d)]
 
 
 @pytest.mark.parametrize("target", ["left", "right"])

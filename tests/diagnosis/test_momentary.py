@@ -3,13 +3,18 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from rille import simulate
 from rille.diagnosis.evidence.evidence_part import Part
 from rille.diagnosis.evidence.held_out import cut_in_time
 from rille.diagnosis.evidence.replay_evidence import gather
+from rille.diagnosis.inference.fit import fit_together
+from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.rivals import fitted_beside
+from rille.model import Effect
 from rille.model.hypothesis import FreeNumber, Hypothesis
-from swung import model, recorded
+from swung import model, recorded, sensors
 
 
 def pulse(target):
@@ -69,3 +74,23 @@ def test_a_moment_is_felt_for_ever_where_there_is_memory(make_model):
     (found,) = evidence.residuals([(remembering, push)])
     (whole,) = evidence.parts[0].residuals([(remembering, push)])
     assert np.array_equal(found, whole)
+
+
+def test_a_rival_is_begun_at_the_moment_of_the_answer(make_model):
+    """A push at one joint is found though its fit begins a second early, because the answer (one at the other joint) knows when: moment and
+    length to 10 ms, the torque to 5 %, three of its errors.
+    """
+    push = Effect(kind="joint_pulse", target="hinge1", parameters={"torque": 0.3, "start": 1.8, "duration": 0.2})
+    path, scenario = model(make_model, 3, [push])
+    base, _ = model(make_model, 3)
+    evidence = gather({"swing": simulate.Replayer(base)}, [cut_in_time(recorded(path, scenario, 3, sensors(delay=0.0)), 0, 2.9)])
+    judge = Judge(evidence)
+    answer = (pulse("hinge2").at({"torque": 0.1, "start": 1.81, "duration": 0.19}),)
+    rival = (pulse("hinge1").at({"torque": -0.5, "start": 0.8, "duration": 0.05}),)
+    (alone,) = fit_together(judge, [[rival]])
+    _, beside = fitted_beside(judge, [answer, rival], answer, None)
+    assert judge.chi2 - alone.chi2 < 0.5 * (judge.chi2 - beside.chi2)
+    (found,) = beside.setting
+    assert found.numbers["start"] == pytest.approx(1.8, abs=0.01)
+    assert found.numbers["duration"] == pytest.approx(0.2, abs=0.01)
+    assert found.numbers["torque"] == pytest.approx(0.3, rel=0.05)

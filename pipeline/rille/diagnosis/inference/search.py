@@ -21,8 +21,9 @@ from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_t
 from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
+from rille.diagnosis.inference.rivals import elsewhere, same
 from rille.diagnosis.inference.screen import Screened, screen
-from rille.diagnosis.inference.settle import State, elsewhere, exchange, own_fit, same, settle
+from rille.diagnosis.inference.settle import State, exchange, own_fit, settle
 from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term

@@ -1,12 +1,13 @@
 """A new answer is settled: starts of the windows are fitted under it, it and its rivals are fitted again, needless pieces are dropped.
 
 Where the new starts explain clearly more than the old ones do (starts that bend, as of wheels that stand deeper in softer soil), rivals
-within reach get starts of their own, too; the base always keeps its own. So nobody is judged by the starts of another.
+within reach get starts of their own, too; the base always keeps its own. So nobody is judged by the starts of another. Two pieces give
+way to one law that says as much alone.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import zip_longest
 
 import numpy as np
 
@@ -16,15 +17,13 @@ from rille.diagnosis.inference.fit import Fitted, fit_together
 from rille.diagnosis.inference.found import Standing, stand
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.rank import rank
-from rille.model.hypothesis import Hypothesis, Setting, Term
+from rille.diagnosis.inference.rivals import RIVALS, alternatives, fitted_beside, same, same_pieces, swapped_together, without_doubles
+from rille.model.hypothesis import Setting, Term
 
-RIVALS = 6  # of each accepted piece, that are fitted again
 OWN = 3  # rivals that get starts of their own
 WITHIN_REACH = 0.5  # of the drop of chi-squared of the best, for that
-TOGETHER = 8  # answers in which two pieces are swapped at once
 CLOSE = 15.0  # [nats] behind the best, within which one that is not told from it gets starts of its own
 NEARLY = 0.4  # of what the best gains, that one may be behind at most to get them though it seems told
-FACTORS = (1.0, 0.6, 1.6, 0.36, 2.6)  # of amplitudes, where the same law begins elsewhere
 ROUNDS = 4  # of taking starts anew and of changing one's mind
 
 
@@ -53,24 +52,6 @@ class State:
         fitted = [new] if old is None else [new, old]
         scores = rank(self.judge.evidence, fitted, judge=self.judge)
         return is_accepted(scores, 1, len(fitted) - 1 if old is None else 2, self.judge, tries=tries, excess=self.first.excess)
-
-
-def same(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether two hypotheses are about the same thing."""
-    return (one.cause, one.kind, one.target) == (other.cause, other.kind, other.target)
-
-
-def elsewhere(one: Hypothesis, other: Hypothesis) -> bool:
-    """Whether one is the same law as another, at another target."""
-    same_law = (one.cause, one.kind, one.target_kind) == (other.cause, other.kind, other.target_kind)
-    return same_law and one.target != other.target and [n.name for n in one.free] == [n.name for n in other.free]
-
-
-def same_pieces(one: Setting, other: Setting) -> bool:
-    """Whether two settings have the same pieces."""
-    return {(t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target) for t in one} == {
-        (t.hypothesis.cause, t.hypothesis.kind, t.hypothesis.target) for t in other
-    }
 
 
 def own_fit(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted, Evidence]:
@@ -113,10 +94,10 @@ def settle(
             state.notes.append("starts fitted under the new model explain less than those before; the latter are kept")
             here = Judge(linear, taken.setting, floor=state.first.floor)
         linear = here.evidence
-        full = _alternatives(taken.setting, always, rivals)
+        full = alternatives(taken.setting, always, rivals)
         less = [taken.setting[:k] + taken.setting[k + 1 :] for k in range(always, len(taken.setting))]
         less = less if len(less) > 1 else []
-        fitted = _fitted(here, [*full, *less], taken.setting, on_progress)
+        fitted = fitted_beside(here, [*full, *less], taken.setting, on_progress)
         state.replays += here.replays
         if bent:
             fitted = _under_own_starts(state, evidence, fitted, len(full))
@@ -125,7 +106,7 @@ def settle(
         winner = kept[standing.confounded.order[0] - 1]
         needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
         if shorter and not needless and not bent and same_pieces(winner.setting, taken.setting):  # under starts of another it may miss
-            shorter = _best_of_each(shorter, [own_fit(evidence, one.setting, state)[0] for one in shorter])
+            shorter = _best_of_each(shorter, [_own_fit_in_the_end(evidence, one.setting, state)[0] for one in shorter])
             needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
         if needless:
             k = min(needless, key=lambda k: shorter[k].chi2)
@@ -141,11 +122,16 @@ def settle(
         return False
     if same_pieces(taken.setting, state.setting) or not state.accepts(taken, None, tries):
         return False
+    for one, its_rivals, its_evidence in _one_for_two(state, evidence, taken, rivals, on_progress):
+        if settle(state, evidence, one, its_rivals, tries, on_progress, under=its_evidence):
+            two = " + ".join(t.hypothesis.title for t in taken.setting[always:])
+            state.notes.append(f"{two} would explain as much; one law that does it alone is believed before")
+            return True
     if not bent:
         taken, linear, standing = _among_the_close(state, evidence, taken, linear, standing)
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
-    both = _swapped_together(standing, taken.setting, always)
+    both = swapped_together(standing, taken.setting, always)
     if both:
         kept = [*standing.fitted, *fit_together(state.judge, [[setting] for setting in both], on_progress=on_progress)]
         wider = stand(state.first, linear, kept)
@@ -166,7 +152,7 @@ def exchange(state: State, evidence: Evidence, number: int, term: Term, tries: i
     own, linear = own_fit(evidence, rough.setting, state)
     here = Judge(linear, own.setting, floor=state.first.floor)
     rivals = [[state.pieces[k], *each] if k == number else each for k, each in enumerate(state.rivals)]
-    fitted = fit_together(here, [[setting] for setting in _alternatives(own.setting, len(state.always), rivals)], on_progress=on_progress)
+    fitted = fit_together(here, [[setting] for setting in alternatives(own.setting, len(state.always), rivals)], on_progress=on_progress)
     state.replays += here.replays
     standing = stand(state.first, linear, fitted)
     before = [i for i, one in enumerate(fitted, start=1) if same_pieces(one.setting, state.setting)]
@@ -190,61 +176,39 @@ def _taking_over(term: Term, piece: Term) -> list[Term]:
     return [term, *(term.hypothesis.at({**own, n.name: min(max(own[n.name] + sizes[n.unit], n.lower), n.upper)}) for n in like)]
 
 
-def _fitted(judge: Judge, settings: Sequence[Setting], taken: Setting, on_progress: Progress | None) -> list[Fitted]:
-    """Settings at their best. One that has a law of ``taken`` at another target is begun where that says, too: before and behind a gear the
-    same law has other numbers, and from usual ones a fit may stop elsewhere.
+def _one_for_two(
+    state: State, evidence: Evidence, taken: Fitted, rivals: list[list[Term]], on_progress: Progress | None
+) -> list[tuple[Fitted, list[list[Term]], Evidence]]:
+    """Settings with one law in the place of the newest piece and another that says as much with no more numbers, under starts of its own;
+    best first, with the rivals of its pieces and the evidence under those starts. Under starts of the base, or of two sensors that are late
+    alike, a command that is late explains a part only.
     """
-    anew = {i: starts for i, setting in enumerate(settings) if (starts := _in_proportion(setting, taken))}
-    fitted = fit_together(judge, [*([setting] for setting in settings), *anew.values()], on_progress=on_progress)
-    found = fitted[: len(settings)]
-    for i, other in zip(anew, fitted[len(settings) :], strict=True):
-        (found[i],) = _best_of_each([found[i]], [other])
-    return found
+    always, found = len(state.always), []
+    drop = state.judge.chi2 - taken.chi2
+    *before, newest = taken.setting
+    for k in range(always, len(before)):
+        others = without_doubles([t for pair in zip_longest(rivals[k - always], rivals[-1]) for t in pair if t is not None])
+        most = len(before[k].hypothesis.free) + len(newest.hypothesis.free)
+        instead = [t for t in others if len(t.hypothesis.free) <= most and not any(same(t.hypothesis, p.hypothesis) for p in taken.setting)]
+        rough = fit_together(state.judge, [[(*before[:k], t, *before[k + 1 :])] for t in instead[:RIVALS]], on_progress=on_progress)
+        within = [one for one in sorted(rough, key=lambda one: one.chi2) if state.judge.chi2 - one.chi2 > WITHIN_REACH * drop]
+        for one in within[:OWN]:
+            own, linear = _own_fit_in_the_end(evidence, one.setting, state)
+            if rank(evidence, [taken, own], judge=state.judge).ahead[1, 2] < NATS:
+                found.append((own, [*rivals[: k - always], others, *rivals[k - always + 1 : -1]], linear))
+    return sorted(found, key=lambda one: one[0].chi2)
 
 
-def _in_proportion(setting: Setting, taken: Setting) -> list[Setting]:
-    """A setting with the numbers of ``taken`` for a law that is at another target there, with several sizes; [] if no law is."""
-    pairs = list(zip(setting, taken, strict=True)) if len(setting) == len(taken) else []
-    if not any(elsewhere(one.hypothesis, other.hypothesis) for one, other in pairs):
-        return []
-    return [
-        tuple(_like(one, other, factor) if elsewhere(one.hypothesis, other.hypothesis) else one for one, other in pairs)
-        for factor in FACTORS
-    ]
-
-
-def _like(term: Term, like: Term, factor: float) -> Term:
-    """The numbers of a like term in proportion to what is usual here, amplitudes times ``factor``. Places, moments and phases stay."""
-    values = {}
-    numbers = zip(term.hypothesis.free, term.values, like.hypothesis.free, like.values, strict=True)
-    for here, own, there, value in numbers:
-        usual = (here.spread, there.spread) if here.amplitude else (here.start, there.start)
-        values[here.name] = own
-        if here.amplitude and min(usual) > 0:
-            values[here.name] = here.absent + factor * (value - there.absent) * usual[0] / usual[1]
-        elif here.search == "scale" and min(usual) > 0:
-            values[here.name] = value * usual[0] / usual[1]
-        values[here.name] = min(max(values[here.name], here.lower), here.upper)
-    return term.hypothesis.at(values)
-
-
-def _swapped_together(standing: Standing, taken: Setting, always: int) -> list[Setting]:
-    """Where each of two pieces could be another without being told from the answer, both could be at once."""
-    confounded = standing.confounded
-    swaps: list[tuple[int, Term]] = []
-    for i in (i for i in confounded.order if confounded.number[i] == 0):
-        setting = standing.fitted[i - 1].setting
-        others = [
-            k for k in range(always, len(taken)) if len(setting) == len(taken) and not same(setting[k].hypothesis, taken[k].hypothesis)
-        ]
-        if len(others) == 1:
-            swaps.append((others[0], setting[others[0]]))
-    found = []
-    for (k, one), (m, other) in combinations(swaps, 2):
-        if k != m and not same(one.hypothesis, other.hypothesis):
-            new = {k: one, m: other}
-            found.append(tuple(new.get(n, term) for n, term in enumerate(taken)))
-    return found[:TOGETHER]
+def _own_fit_in_the_end(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted, Evidence]:
+    """``own_fit`` again and again, as long as it explains clearly more: where starts take up most of a law, each is a step of the way."""
+    best = own_fit(evidence, setting, state)
+    for _ in range(ROUNDS - 1):
+        after = own_fit(evidence, best[0].setting, state)
+        gained = best[0].chi2 - after[0].chi2
+        best = after if gained > 0 else best
+        if gained < NATS:
+            break
+    return best
 
 
 def _is_worse(here: Judge, taken: Fitted, trifle: float) -> bool:
@@ -260,8 +224,10 @@ def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], co
     order = sorted(range(1, count), key=lambda i: fitted[i].chi2)
     reach = [i for i in order if state.first.chi2 - fitted[i].chi2 > WITHIN_REACH * drop][:OWN]
     found = list(fitted)
-    for i in (*reach, *range(count, len(fitted))):
+    for i in reach:
         (found[i],) = _best_of_each([fitted[i]], [own_fit(evidence, fitted[i].setting, state)[0]])
+    for i in range(count, len(fitted)):
+        (found[i],) = _best_of_each([fitted[i]], [_own_fit_in_the_end(evidence, fitted[i].setting, state)[0]])
     return found
 
 
@@ -293,17 +259,3 @@ def _among_the_close(
 def _best_of_each(some: Sequence[Fitted], others: Sequence[Fitted]) -> list[Fitted]:
     """Of each pair the fit that explains more."""
     return [one if one.chi2 <= other.chi2 else other for one, other in zip(some, others, strict=True)]
-
-
-def _alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
-    """The setting itself, and each of its pieces against its rivals and simpler ones of its target, whosever rivals they were."""
-    found = [taken]
-    for k, own in enumerate(rivals, start=always):
-        piece = taken[k].hypothesis
-        others = [term for term in own if not same(term.hypothesis, piece)][:RIVALS]
-        others += [t for each in rivals for t in each if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)]
-        for term in others:
-            setting = (*taken[:k], term, *taken[k + 1 :])
-            if not any(same(term.hypothesis, t.hypothesis) for t in taken) and not any(same_pieces(setting, one) for one in found):
-                found.append(setting)
-    return found
