@@ -206,8 +206,9 @@ def _is_quick(trial: "Trial | RealTrial") -> tuple[bool, bool]:
     """Sorts what takes longest to make to the front, so that no worker waits for the last one: rovers, and of these laws that no catalogue
     has, whose size is searched for beside that of all that look like them (up to half an hour, where others take a minute).
     """
-    slow = not isinstance(trial, RealTrial) and trial.machine == "rover"
-    return not slow, not (slow and trial.sort == "outside")
+    if isinstance(trial, RealTrial) or trial.machine != "rover":
+        return True, True
+    return False, trial.sort != "outside"
 
 
 def _not_made(asked: "tuple[Trial | RealTrial, Any]", why: str) -> Any:
