@@ -30,22 +30,28 @@ from rille.study import read_study_sheet
 SIZE = 3_000_000  # bytes
 
 
+@contextlib.contextmanager
+def mounted(folder: Path, size: int):
+    """The folder, new, with room for ``size`` bytes; yields whether a file system of its own could be mounted there."""
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    done = os.geteuid() == 0 and subprocess.run(mount, capture_output=True).returncode == 0
+    yield done
+    if done:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
 @pytest.fixture
 def small(tmp_path):
     """A folder with room for ``SIZE`` bytes, and what a child does before it starts."""
     folder = tmp_path / "small"
-    folder.mkdir()
-    mounted = os.geteuid() == 0 and subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={SIZE}", "tmpfs", str(folder)], capture_output=True
-    ).returncode == 0  # fmt: skip
 
     def limited():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (SIZE, SIZE))
 
-    yield folder, None if mounted else limited
-    if mounted:
-        subprocess.run(["umount", "-l", str(folder)], check=True)
+    with mounted(folder, SIZE) as done:
+        yield folder, None if done else limited
 
 
 def run(limited, *arguments):
@@ -138,11 +144,10 @@ SLOPES = 24
 def temporary(tmp_path):
     """A folder for temporary files with room for 40 MB."""
     folder = tmp_path / "temporary"
-    folder.mkdir()
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=40M", "tmpfs", str(folder)], capture_output=True).returncode:
-        pytest.skip("a file system of its own cannot be mounted here")
-    yield folder
-    subprocess.run(["umount", "-l", str(folder)], check=True)
+    with mounted(folder, 40_000_000) as done:
+        if not done:
+            pytest.skip("a file system of its own cannot be mounted here")
+        yield folder
 
 
 def fill(filler: Path) -> None:
