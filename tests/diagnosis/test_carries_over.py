@@ -1,12 +1,13 @@
 """An answer that does not hold for what was held out is no answer."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rille.diagnosis.answer.prove import _left, carries_over
-from rille.model.diagnosis import Proof
+from rille.diagnosis.answer.prove import _left, _touched, carries_over, none_by
+from rille.model.diagnosis import Gap, Proof
 
 
 @pytest.mark.parametrize(
@@ -50,3 +51,43 @@ def test_the_share_that_is_left_sets_chance_aside(before, after, floor, share):
     """Chi-squared of 1000 degrees in four windows; chance is two standard deviations, sqrt(2 n)."""
     sizes = [np.array([np.full(4, chi2 / 4), np.full(4, 250.0)]) for chi2 in (before, after)]
     assert _left(*sizes, floor) == pytest.approx(share, nan_ok=True)
+
+
+def test_what_an_answer_does_not_change_does_not_speak_against_it():
+    """A scale of one sensor predicts that sensor. Wheels that slip at other moments, in channels of their own, are none of its business;
+    where it acts it is judged as ever.
+    """
+    proof = Proof(gap_closed=0.2, low=0.1, high=0.5, before=1.25, after=1.2, floor=1.0, held_out="'held_out'", left=0.7)
+    right = Gap(gap_closed=1.0, low=0.9, high=1.0, before=1.5, after=1.0, left=0.0)
+    assert not carries_over(proof)
+    assert carries_over(replace(proof, touched=right))
+    assert none_by(replace(proof, touched=right)) < 0.5 < none_by(proof)
+    assert not carries_over(replace(right_everywhere(right), touched=replace(right, gap_closed=0.2, high=0.5, after=1.4, left=0.8)))
+
+
+def right_everywhere(gap):
+    return Proof(
+        gap_closed=gap.gap_closed, low=gap.low, high=gap.high, before=gap.before, after=gap.after, left=gap.left, floor=1.0, held_out="h"
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ([3.0, 0.0, 0.0], [True, False, False]),
+        ([3.0, 0.05, 0.5], [True, False, True]),  # a twentieth of the noise is no touch: its square is below a hundredth
+        ([0.0, 0.0, 0.0], [True, True, True]),  # it does not act there: nothing is set apart
+    ],
+)
+def test_which_channels_an_answer_touches(change, expected):
+    """Three channels of 40 samples in two windows, residuals shifted by so many sigmas; no starts."""
+    channel = np.repeat([0, 1, 2, 0, 1, 2], 20)
+    residuals = np.random.default_rng(3).standard_normal(120)
+    evidence = SimpleNamespace(
+        channel=channel,
+        channels=("a", "b", "c"),
+        window=np.repeat([0, 1], 60),
+        start_gain=np.empty((120, 0)),
+        residuals=lambda settings: np.stack([residuals + (np.array(change)[channel] if setting else 0.0) for setting in settings]),
+    )
+    assert _touched(evidence, ("a term",)).tolist() == expected

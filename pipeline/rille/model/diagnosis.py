@@ -152,10 +152,10 @@ class ChannelFit:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Proof:
-    """Replay of recordings (or windows) that the fit has not seen. gap_closed : G = (R0 - R1)/(R0 - Rfloor) with 95 % interval.
-    R is the root mean square in sigmas. channels : one row each, also of the training part. held_out : what was held out, in words.
-    left : share of the excess of chi-squared there that stays, chance set aside; NaN if there was none.
+class Gap:
+    """How much nearer the noise recordings come that the fit has not seen. gap_closed : G = (R0 - R1)/(R0 - Rfloor) with 95 % interval low
+    to high; before, after : R0 and R1, root mean squares in sigmas. left : share of the excess of chi-squared that stays, chance set
+    aside; NaN if there was none.
     """
 
     gap_closed: float
@@ -163,9 +163,19 @@ class Proof:
     high: float
     before: float
     after: float
+    left: float = NAN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proof(Gap):
+    """Replay of recordings (or windows) that the fit has not seen. floor : Rfloor. held_out : what was held out, in words. touched : the
+    gap of those channels alone that the answer changes there; None if these are all, or not told apart. channels : one row each, also of
+    the training part.
+    """
+
     floor: float
     held_out: str
-    left: float = NAN
+    touched: Gap | None = None
     channels: tuple[ChannelFit, ...] = ()
     ablation: tuple[tuple[str, float], ...] = ()
 

@@ -147,7 +147,8 @@ def diagnosis_lines(diagnosis: Diagnosis, most: int = 5) -> list[str]:
             "",
             f"held out ({proof.held_out}): {_percent(proof.gap_closed)} of the gap closed "
             f"(95 %: {_percent(proof.low)} to {_percent(proof.high)}), "
-            f"{_short(proof.before)} -> {_short(proof.after)} noise, floor {_short(proof.floor)}",
+            f"{_short(proof.before)} -> {_short(proof.after)} noise, floor {_short(proof.floor)}"
+            + (f"; where it acts {_short(proof.touched.before)} -> {_short(proof.touched.after)}" if proof.touched is not None else ""),
         ]
     for title, sentences in (("data", diagnosis.data_problems), ("not known", diagnosis.limits)):
         lines += [f"{title}: {sentence}" for sentence in sentences[:most]]

@@ -1,7 +1,7 @@
 """How much better recordings are reproduced that no fit has seen."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -18,15 +18,17 @@ from rille.diagnosis.evidence.replay_evidence import ReplayEvidence, gather
 from rille.diagnosis.inference.accept import SIGNIFICANT
 from rille.diagnosis.inference.weights import none_of_these
 from rille.model.comparison import Comparison
-from rille.model.diagnosis import ChannelFit, NamedTerm, Proof
+from rille.model.diagnosis import ChannelFit, Gap, NamedTerm, Proof
 from rille.model.hypothesis import Setting
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Progress = Callable[[int, int, str], None] | None
 FLOOR = 1.0  # [sigma] root mean square of noise
 LEAST = 4  # blocks of windows that an interval needs
 LEAST_GAP, PLAIN = 0.7, 1.2  # that an answer closes at least, where what was held out is so far beyond the noise [sigma]
 HARM = 0.1  # of the gap: what surely closes less than that, and widens it by as much, does harm
+TOUCHED = 0.01  # of the noise: mean square by which an answer changes a channel that it touches
 SEEN = 2.0  # standard deviations of chi-squared from which on an excess is one
 FINER = (4, 16)  # times finer than the model's own step, where what is left may be the step's
 LESS = 0.98  # of the root mean square, that a finer step must leave at most to be taken
@@ -69,19 +71,40 @@ def prove(
     held, after, sizes = _held_out(simulators, parts, setting, on_progress, window=window, noise=noise, rough=rough)
     improved = [comparison_of(part) for part in after.parts]
     rows += [_fit(comparison_of(old), new, held_out=True) for old, new in zip(held.parts, improved, strict=True)]
-    low, high = _interval(*sizes)
+    floor = chi2_floor(held, noise)
+    touched = _touched(after, setting)
     proof = Proof(
-        gap_closed=_gap(sizes[0].sum(axis=1), sizes[1].sum(axis=1)),
-        low=low,
-        high=high,
-        before=_root(sizes[0].sum(axis=1)),
-        after=_root(sizes[1].sum(axis=1)),
+        **asdict(_gap_of(sizes[0], sizes[1], floor)),
         floor=FLOOR,
         held_out=parts.how,
-        left=_left(sizes[0], sizes[1], chi2_floor(held, noise)),
+        touched=None if touched.all() else _gap_of(_chi2(held, (), touched), _chi2(after, setting, touched), floor),
         ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
     )
     return _with_channels(proof, rows), [*training[1], *improved]
+
+
+def _gap_of(before: Array, after: Array, floor: float) -> Gap:
+    """The gap by windows. before, after : (2, W) chi-squared and degrees. floor : chi-squared per degree of noise."""
+    first, second = before.sum(axis=1), after.sum(axis=1)
+    low, high = _interval(before, after)
+    return Gap(
+        gap_closed=_gap(first, second),
+        low=low,
+        high=high,
+        before=_root(first),
+        after=_root(second),
+        left=_left(before, after, floor),
+    )
+
+
+def _touched(evidence: ReplayEvidence, setting: Setting) -> Mask:
+    """(channels,) which of them a setting changes; all, if it changes none."""
+    metric = Metric(evidence.window, evidence.start_gain)
+    without, with_it = metric.whitened(evidence.residuals([(), setting]))
+    count = len(evidence.channels)
+    change = np.bincount(evidence.channel, (with_it - without) ** 2, count)
+    touched = change > TOUCHED * np.bincount(evidence.channel, metric.own_degrees, count)
+    return touched if touched.any() else ~touched
 
 
 def _held_out(
@@ -118,11 +141,13 @@ def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:
     return replace(proof, channels=tuple(row for part in rows for row in part))
 
 
-def _chi2(evidence: ReplayEvidence, setting: Setting) -> Array:
-    """(2, W) chi-squared and degrees of freedom of every window."""
+def _chi2(evidence: ReplayEvidence, setting: Setting, channels: Mask | None = None) -> Array:
+    """(2, W) chi-squared and degrees of freedom of every window, of all channels or of those of a mask (channels,)."""
     metric = Metric(evidence.window, evidence.start_gain)
-    left = metric.whitened(evidence.residuals([setting]))
-    return np.stack([metric.gram(left)[:, 0, 0], metric.degrees])
+    left = metric.whitened(evidence.residuals([setting]))[0]
+    counted = np.ones(len(left)) if channels is None else channels[evidence.channel].astype(float)
+    sums = [np.bincount(evidence.window, counted * of, metric.n_windows) for of in (left**2, metric.own_degrees)]
+    return np.stack(sums).astype(float)
 
 
 def _root(size: NDArray[Any]) -> Any:
@@ -194,17 +219,22 @@ def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelF
 
 
 def none_by(proof: Proof) -> float:
-    """Probability of none of the catalogue, by what is left of what was held out; 0 where nothing was to be explained there."""
-    return none_of_these(proof.left) if np.isfinite(proof.left) else 0.0
+    """Probability of none of the catalogue, by what is left of what was held out, in the channels that the answer changes; 0 where nothing
+    was to be explained there.
+    """
+    left = (proof.touched or proof).left
+    return none_of_these(left) if np.isfinite(left) else 0.0
 
 
 def carries_over(proof: Proof, *, pieces: int = 1) -> bool:
-    """Whether the answer may hold for what it was not fitted to.
+    """Whether the answer may hold for what it was not fitted to, by the channels that it changes: what a scale of one sensor leaves in
+    others, where it changes nothing, does not speak against it.
 
     Not where so much is left that none of the catalogue is likelier. Nor where that is plainly beyond the noise, and stays so: the share
     that is left is surely more than the catalogue may leave unnamed. Nor where it surely closes nothing of the gap, and widens it on the
     whole. Nor where several pieces together, which fit anything better, may close nothing of it.
     """
-    if (pieces > 1 and proof.low <= 0) or (proof.high < HARM and proof.gap_closed < -HARM):
+    gap = proof.touched or proof
+    if (pieces > 1 and gap.low <= 0) or (gap.high < HARM and gap.gap_closed < -HARM):
         return False
-    return none_by(proof) <= LIKELIER and not (proof.before > PLAIN and proof.high < LEAST_GAP)
+    return none_by(proof) <= LIKELIER and not (gap.before > PLAIN and gap.high < LEAST_GAP)

@@ -123,5 +123,10 @@ def _proven(proof: Proof) -> str:
     return (
         f"on {proof.held_out}, which the fit has not seen, the gap to the noise closes by {100 * proof.gap_closed:.0f} %{interval}: "
         f"RMS {proof.before:.2f} to {proof.after:.2f} times the noise, floor {proof.floor:.2f}"
+        + (
+            f"; in the channels that it changes, RMS {proof.touched.before:.2f} to {proof.touched.after:.2f}"
+            if proof.touched is not None
+            else ""
+        )
         + ("; what is left there is not noise, so that this is not all of it" if proof.after > MORE * proof.floor else "")
     )

@@ -1,6 +1,6 @@
 """Rivals of an answer: the settings that they make of it, and where their fits begin."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 from rille.diagnosis.inference.fit import Fitted, fit_together
@@ -80,7 +80,8 @@ def fitted_beside(judge: Judge, settings: Sequence[Setting], taken: Setting, on_
     same law has other numbers, and from usual ones a fit may stop elsewhere. So is one that has a law about a moment in the place of
     another: the moment is the same, whoever did it.
     """
-    begun = [[*_in_proportion(setting, taken), *_at_its_moment(setting, taken)] for setting in settings]
+    ways = ((_elsewhere, _like, FACTORS), (_another_at_a_moment, _then, EITHER_WAY))
+    begun = [[start for way in ways for start in _beginning(setting, taken, *way)] for setting in settings]
     anew = {i: starts for i, starts in enumerate(begun) if starts}
     fitted = fit_together(judge, [*([setting] for setting in settings), *anew.values()], on_progress=on_progress)
     found = fitted[: len(settings)]
@@ -89,23 +90,24 @@ def fitted_beside(judge: Judge, settings: Sequence[Setting], taken: Setting, on_
     return found
 
 
-def _in_proportion(setting: Setting, taken: Setting) -> list[Setting]:
-    """A setting with the numbers of ``taken`` for a law that is at another target there, with several sizes; [] if no law is."""
+def _beginning(
+    setting: Setting,
+    taken: Setting,
+    which: Callable[[Term, Term], bool],
+    how: Callable[[Term, Term, float], Term],
+    factors: Sequence[float],
+) -> list[Setting]:
+    """A setting with each of its terms begun ``how`` that of ``taken`` in the same place says, where ``which`` holds of the two; once for
+    each factor of amplitudes. [] if it holds of none.
+    """
     pairs = list(zip(setting, taken, strict=True)) if len(setting) == len(taken) else []
-    if not any(elsewhere(one.hypothesis, other.hypothesis) for one, other in pairs):
+    if not any(which(*pair) for pair in pairs):
         return []
-    return [
-        tuple(_like(one, other, factor) if elsewhere(one.hypothesis, other.hypothesis) else one for one, other in pairs)
-        for factor in FACTORS
-    ]
+    return [tuple(how(*pair, factor) if which(*pair) else pair[0] for pair in pairs) for factor in factors]
 
 
-def _at_its_moment(setting: Setting, taken: Setting) -> list[Setting]:
-    """A setting with the moment of ``taken`` for a law about a moment that is another there, either way round; [] if none is."""
-    pairs = list(zip(setting, taken, strict=True)) if len(setting) == len(taken) else []
-    if not any(_another_at_a_moment(one, other) for one, other in pairs):
-        return []
-    return [tuple(_then(one, other, factor) if _another_at_a_moment(one, other) else one for one, other in pairs) for factor in EITHER_WAY]
+def _elsewhere(one: Term, other: Term) -> bool:
+    return elsewhere(one.hypothesis, other.hypothesis)
 
 
 def _another_at_a_moment(one: Term, other: Term) -> bool:
