@@ -69,8 +69,7 @@ def make_model(folder: Path) -> Path:
     store.create(path)
     store.write_rover(path, rover)
     store.write_terrain(path, terrain.build(EXAMPLES / "terrain/composed.toml"))
-    modes = {drive.name: drive.mode for drive in rover.drives}
-    store.write_scenario(path, read_scenario_file(EXAMPLES / "first_drive/traverse.toml", modes))
+    store.write_scenario(path, read_scenario_file(EXAMPLES / "first_drive/traverse.toml", rover.drive_units))
     return path
 
 

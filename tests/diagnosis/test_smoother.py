@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rille.diagnosis.starts.kinematic_smoother import Series, smooth
-from rille.diagnosis.starts.noise_floor import difference_noise, noise_of
+from rille.diagnosis.starts.noise_floor import noise_of
 from rille.model.recording import Channel
+from rille.model.scatter import difference_noise
 
 
 def motion(rng, duration=20.0):

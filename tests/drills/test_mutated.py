@@ -119,11 +119,11 @@ def every_piece(path: Path) -> None:
             pass
 
 
-MODES = {f"wheel_{row}_{side}": "speed" for row in ("front", "middle", "rear") for side in ("left", "right")} | {
-    f"steering_{row}_{side}": "position" for row in ("front", "rear") for side in ("left", "right")
+UNITS = {f"wheel_{row}_{side}": "rad/s" for row in ("front", "middle", "rear") for side in ("left", "right")} | {
+    f"steering_{row}_{side}": "rad" for row in ("front", "rear") for side in ("left", "right")
 }
 SHEETS = {
-    "scenario": ("examples/first_drive/traverse.toml", lambda path: simulate.read_scenario_file(path, MODES)),
+    "scenario": ("examples/first_drive/traverse.toml", lambda path: simulate.read_scenario_file(path, UNITS)),
     "scene": ("examples/terrain/composed.toml", lambda path: read_scene(path)),
     "study": ("examples/sweep/soft_ground.toml", read_study_sheet),
     "trial of a real machine": ("examples/double_pendulum/friction_trial.toml", read_real),

@@ -32,7 +32,10 @@ def test_usual_units_need_no_pint():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"
 
 
-@pytest.mark.parametrize("text", ["5 kg", "5 deg", "five m", "5 mm mm", "", "1e400 m", "nan m"])
+UNREADABLE = ["1,5 m", "1 000 m", "1.5.2 m", '5 "', "5 '", "m", "1 m?", "2 2 m", "3 m 2", "9**9**9 m", "1 m^99", "1/0 m", "5 % of m"]
+
+
+@pytest.mark.parametrize("text", ["5 kg", "5 deg", "five m", "5 mm mm", "", "1e400 m", "nan m", *UNREADABLE])
 def test_what_is_no_length_is_refused(text):
     with pytest.raises(InputRefused, match="it"):
         to_si(text, "length", "it")
@@ -41,3 +44,32 @@ def test_what_is_no_length_is_refused(text):
 def test_unusual_units_are_read_by_pint():
     assert to_si("1 ft", "length", "it") == pytest.approx(0.3048)
     assert to_si("2 turn", "angle", "it") == pytest.approx(4 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1/2 ft", "m", 0.1524),
+        ("-.5e1mm", "m", -0.005),
+        ("5 µm", "m", 5e-6),
+        ("90°", "rad", np.pi / 2),
+        ("30 %", "1", 0.3),
+        ("2 g/cm^3", "kg/m^3", 2000.0),
+        ("2 g/cm³", "kg/m^3", 2000.0),
+        ("3 kN·m", "N m", 3000.0),
+        ("4 kN * m", "N m", 4000.0),
+        ("4 kg/(m s^2)", "Pa", 4.0),
+        ("5 1/mm", "1/m", 5000.0),
+        ("60 rpm", "rad/s", 2 * np.pi),
+        ("7", "m", 7.0),
+    ],
+)
+def test_one_number_and_one_unit(text, unit, value):
+    assert to_si(text, unit, "it") == pytest.approx(value)
+
+
+@pytest.mark.parametrize(("text", "unit"), [("30 %", "rad"), ("3 mm/m", "rad"), ("1 Hz", "rad/s"), ("1 1/s", "rad/s")])
+def test_neither_a_grade_is_an_angle_nor_a_rate_a_turning_speed(text, unit):
+    """30 % are 16.7 degrees, not 17.2; 1 Hz is a turn, or a radian, a second: nobody can say."""
+    with pytest.raises(InputRefused, match="write deg, rad or turn"):
+        to_si(text, unit, "it")

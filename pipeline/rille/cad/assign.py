@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rille.cad.component import Component, DrawnPart, MirroredPart, Placed, ReadyPart, mirrored_ready
-from rille.cad.entries import known, symmetric_matrix, triple_of
+from rille.cad.entries import is_named, known, symmetric_matrix, triple_of
 from rille.cad.files.assembly import Assembly, PlacedPart
 from rille.cad.masses import box_inertia, check_inertia, positive_mass
 from rille.cad.mirror import other_side, reflected
@@ -118,9 +118,9 @@ def gather(
 
 def matches(path: str, pattern: str) -> bool:
     """A pattern names an instance, or a sub-assembly with everything in it; names with brackets match themselves, too."""
-    if path == pattern or path.startswith(pattern + "/"):
+    if path.startswith(pattern + "/"):
         return True
-    return fnmatch.fnmatchcase(path, pattern) or fnmatch.fnmatchcase(path, pattern + "/*")
+    return is_named(path, pattern) or fnmatch.fnmatchcase(path, pattern + "/*")
 
 
 def select(placed: list[Placed], pattern: str, subject: str) -> list[int]:

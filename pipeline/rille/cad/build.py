@@ -1,6 +1,5 @@
 """Sheet + STEP, script or URDF -> Rover."""
 
-import fnmatch
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,7 @@ from rille import __version__
 from rille.cad.assign import FindPart, Inventory, gather
 from rille.cad.collision.shapes import body_shapes, wheel_shape
 from rille.cad.component import Component, DrawnPart
-from rille.cad.entries import positive, unique
+from rille.cad.entries import is_named, positive, unique
 from rille.cad.files.assembly import Assembly
 from rille.cad.files.reading import load_assemblies, meshes_of
 from rille.cad.frames import Frames
@@ -205,7 +204,7 @@ def _new(found: tuple[Material, ...], there: tuple[Material, ...]) -> tuple[Mate
 def _check_part_rules(names: list[str], page: RoverSheet) -> None:
     """Every [[part]] must match a prototype in use: a rule that does nothing is a misspelt one."""
     for rule in page.part:
-        if not any(fnmatch.fnmatchcase(name, rule.match) for name in names):
+        if not any(is_named(name, rule.match) for name in names):
             raise InputRefused(f"a [[part]] names the part '{rule.match}', which no body uses; {nearest_names(rule.match, names)}")
 
 

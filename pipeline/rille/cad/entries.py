@@ -1,5 +1,6 @@
 """Entries of the sheet as SI values, and the refusals that they share."""
 
+import fnmatch
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -68,8 +69,15 @@ def known(name: str, names: Iterable[str], what: str, subject: str) -> str:
     return name
 
 
+def is_named(name: str, pattern: str) -> bool:
+    """Whether a pattern names a part; names with brackets match themselves, too."""
+    return name == pattern or fnmatch.fnmatchcase(name, pattern)
+
+
 def unique(names: list[str], what: str) -> None:
     """Refuse a name that is given twice."""
     for name in names:
         if names.count(name) > 1:
-            raise InputRefused(f"the sheet has {names.count(name)} {what}s called '{name}'; give each its own name")
+            raise InputRefused(
+                f"the sheet has {names.count(name)} {'bodies' if what == 'body' else what + 's'} called '{name}'; give each its own name"
+            )

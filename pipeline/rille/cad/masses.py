@@ -1,6 +1,5 @@
 """Mass properties of parts and bodies, with the provenance of every value."""
 
-import fnmatch
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.component import Component
-from rille.cad.entries import symmetric_matrix, triple_of
+from rille.cad.entries import is_named, symmetric_matrix, triple_of
 from rille.cad.geometry import compose
 from rille.cad.materials import Materials
 from rille.cad.sheet import BodySheet, PartSheet, RoverSheet
@@ -36,7 +35,7 @@ def part_properties(part: Component, sheet: RoverSheet, materials: Materials) ->
     ------
     InputRefused : for a part without mass, a mass that is not positive, an inertia that no body can have.
     """
-    rules = [rule for rule in sheet.part if fnmatch.fnmatchcase(part.drawn_as, rule.match)]
+    rules = [rule for rule in sheet.part if is_named(part.drawn_as, rule.match)]
     mass_rule = next((r for r in rules if r.mass is not None), None)
     name = next((r.material for r in rules if r.material is not None), None)
     material = None if name is None else materials.find(name, f"part '{part.name}'")

@@ -217,6 +217,12 @@ def make_wheels(page: RoverSheet, joints: Mapping[str, Joint], frames: Frames, m
         joint = joints[known(wheel.joint, joints, "joint", subject)]
         if joint.kind != "hinge":
             raise InputRefused(f"{subject} turns on joint '{joint.name}', which is {joint.kind}; a wheel needs a hinge")
+        other = next((made.name for made in wheels if made.joint == joint.name), None)
+        if other is not None:
+            raise InputRefused(
+                f"{subject} turns on joint '{joint.name}' like wheel '{other}'; a joint carries one wheel: "
+                "give each its own body and hinge, or leave one out"
+            )
         grouser = None
         if wheel.grousers is not None:
             grouser = Grouser(

@@ -1,5 +1,6 @@
 """``rille bench``: the single-wheel bench."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -7,6 +8,8 @@ import typer
 
 from rille.cli.rig import Columns, Where, find_effect, find_load, find_soils, find_wheel, read_points
 from rille.cli.talk import Json, print_json, say
+
+MOST_SLIPS = 10_000  # of a list
 
 
 def bench(
@@ -120,16 +123,19 @@ def _slips(text: str) -> list[float]:
 
     from rille.model import InputRefused
 
+    refusal = InputRefused(f"'{text}' is no list of slips; write 0:0.8:0.1 or 0,0.2,0.5")
     try:
-        if ":" in text:
-            first, last, step = map(float, text.split(":"))
-            count = round((last - first) / step)
-            if not (step > 0 and 0 <= count <= 10000):
-                raise ValueError
-            return [float(v) for v in np.round(first + step * np.arange(count + 1), 12)]
-        return [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in text.split(":" if ":" in text else ",")]
     except ValueError:
-        raise InputRefused(f"'{text}' is no list of slips; write 0:0.8:0.1 or 0,0.2,0.5") from None
+        raise refusal from None
+    if ":" not in text:
+        return numbers
+    if len(numbers) != 3 or not all(map(math.isfinite, numbers)) or numbers[2] <= 0 or numbers[1] < numbers[0]:
+        raise refusal
+    first, last, step = numbers
+    if (last - first) / step > MOST_SLIPS:
+        raise InputRefused(f"'{text}' is a list of {(last - first) / step:.3g} slips; {MOST_SLIPS} are the most: take a larger step")
+    return [float(v) for v in np.round(first + step * np.arange(round((last - first) / step) + 1), 12)]
 
 
 def _facts(soil: str, law: str, result) -> dict:

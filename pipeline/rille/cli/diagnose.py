@@ -97,7 +97,8 @@ def diagnose(
         say(f"taken from an earlier run of this command: {', '.join(stages.found)} (--fresh begins anew)")
     for note in diagnosis.notes:
         say(note)
-    changes = any(term.hypothesis.cause != "sensor" for term in diagnosis.setting)
+    helps = diagnosis.verdict != "unknown" or diagnosis.proof is None or not diagnosis.proof.gap_closed <= 0  # else `apply` refuses
+    changes = helps and any(term.hypothesis.cause != "sensor" for term in diagnosis.setting)
     say(f"kept as {finding.name} in {database}" + (f"; `rille apply {database} {finding.name} -o improved.db`" if changes else ""))
     if report is not None:
         say(f"wrote {report}")

@@ -93,8 +93,7 @@ def _scenario(manifest: "Manifest", output: Path) -> str | None:
         return manifest.scenario
     from rille import simulate, store
 
-    drives = {drive.name: drive.mode for drive in store.read_rover(output).drives}
-    scenario = simulate.read_scenario_file(manifest.scenario, drives)
+    scenario = simulate.read_scenario_file(manifest.scenario, store.read_rover(output).drive_units)
     store.write_scenario(output, scenario)
     return scenario.name
 
@@ -155,9 +154,11 @@ def _tell_findings(recordings: "Sequence[Recording]") -> None:
         for finding in recording.findings:
             told.setdefault((finding.severity, finding.code, finding.channel), []).append((recording.name, finding))
     for (severity, _, _), found in sorted(told.items(), key=lambda item: SEVERITIES.index(item[0][0])):
-        name, finding = found[0]
-        more = f" (and in {len(found) - 1} more recordings)" if len(found) > 1 else ""
-        say(f"{severity}: {name}: {finding.message}{more}")
+        name = found[0][0]
+        others = len({other for other, _ in found} - {name})
+        more = f" (and in {others} more recording{'s' if others > 1 else ''})" if others else ""
+        for message in dict.fromkeys(finding.message for other, finding in found if other == name):
+            say(f"{severity}: {name}: {message}{more}")
 
 
 def _facts(entry: "Imported") -> dict[str, object]:

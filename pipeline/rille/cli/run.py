@@ -41,7 +41,7 @@ def run(
     name = scenario
     if scenario is not None and scenario.endswith(".toml"):
         rover = store.read_rover(database)
-        sheet = simulate.read_scenario_file(Path(scenario), {drive.name: drive.mode for drive in rover.drives})
+        sheet = simulate.read_scenario_file(Path(scenario), rover.drive_units)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
     with progress("simulating") as update:
@@ -92,5 +92,8 @@ def _copied(database: Path, out: Path) -> Path:
         raise InputRefused(f"'{out}' exists already; choose another name for --out or remove it")
     if not out.parent.is_dir():
         raise InputRefused(f"the folder '{out.parent}' of --out does not exist; create it first")
-    shutil.copyfile(database, out)
+    try:
+        shutil.copyfile(database, out)
+    except OSError as error:
+        raise InputRefused(f"'{out}' of --out cannot be written: {error.strerror or error}; choose another place") from error
     return out

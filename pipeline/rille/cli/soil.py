@@ -129,6 +129,8 @@ def fit(
     points = read_points(data, column, where)
     for text in only or []:
         points = points.where(_meets(points, text))
+        if len(points) == 0:
+            raise InputRefused(f"--only {text} leaves none of the points of '{data}'; give another bound")
     if hold_out:
         held = np.ones(len(points), dtype=bool)
         for text in hold_out:

@@ -104,11 +104,11 @@ def _sheet(source: Path, vary: list[str] | None, options: dict[str, Any]) -> "St
 
     if vary is not None:
         return study_of_options(source, vary, options)
+    if source.suffix == ".db":
+        raise InputRefused(f"'{source}' is a database; say what varies: --vary \"soil.*.cohesion=0 Pa:1 kPa\", or name a study sheet")
     given = [f"--{key}" for key, value in options.items() if value is not None]
     if given:
         raise InputRefused(f"{given[0]} belongs to --vary; of a study sheet, write it into '{source}'")
-    if source.suffix == ".db":
-        raise InputRefused(f"'{source}' is a database; say what varies: --vary \"soil.*.cohesion=0 Pa:1 kPa\", or name a study sheet")
     return read_study_sheet(source)
 
 

@@ -39,7 +39,16 @@ USUAL = {
     ("ms", "s"): 0.001,
     ("Myr", "s"): 1e6 * 365.25 * 86400,
 }
-NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([a-zA-Z].*?|1/.*?)\s*")
+# One number, or one number over another ("1/2 in"), and one unit: names with small whole powers, side by side, multiplied or divided.
+# Pint alone would take "1,5 m" for 15, "2 2 m" for 4, and compute "9**9**9 kg".
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_POWER = r"(?:(?:\^|\*\*)-?\d(?:\.\d+)?|[²³])"
+_FACTOR = rf"\(*(?:[^\W\d_][^\W\d]*|°|%){_POWER}?(?:\){_POWER}?)*"
+NUMBER_AND_UNIT = re.compile(
+    rf"\s*(?P<number>{_NUMBER})(?:\s*/\s*(?P<divisor>{_NUMBER}))?"
+    rf"\s*(?P<unit>1|(?:1\s*/\s*)?{_FACTOR}(?:(?:\s*[*·/]\s*|\s+){_FACTOR})*|)\s*"
+)
+TURNING = ("rad", "rad/s", "rad/s^2")  # units in which a ratio, or a count of events per second, is not what was meant
 
 
 @cache
@@ -72,18 +81,44 @@ def to_si(value: object, kind: str, what: str) -> float:
         raise InputRefused(f'{what} is {value!r}; give a number in {unit} or a string with a unit such as "1 {unit}"')
     if isinstance(value, int | float):
         number = float(value)
-    elif (usual := NUMBER_AND_UNIT.fullmatch(value)) and (usual[2] == unit or (usual[2], unit) in USUAL):
-        number = float(usual[1]) * USUAL.get((usual[2], unit), 1.0)
+    elif (match := NUMBER_AND_UNIT.fullmatch(value)) is None:
+        raise InputRefused(
+            f'{what} is "{value}", which is not one number (with a decimal point) and one unit; write for example "1 {unit}"'
+        )
     else:
-        import pint
-
-        try:
-            quantity = unit_registry().Quantity(value)
-            number = float(quantity.m if str(quantity.units) == "dimensionless" else quantity.m_as(unit))
-        except (pint.PintError, ValueError, TypeError, AttributeError, ArithmeticError, SyntaxError) as error:
-            raise InputRefused(f'{what} is "{value}", which is no {kind} ({error}); write for example "1 {unit}"') from None
-        except Exception as error:  # pint lets errors of its tokeniser through
-            raise InputRefused(f'{what} is "{value}", which cannot be read ({error}); write for example "1 {unit}"') from None
+        given = match["unit"]
+        number = float(match["number"])
+        if match["divisor"]:
+            number = _divided(number, float(match["divisor"]), value, what)
+        if given and given != unit:
+            number = number * USUAL[given, unit] if (given, unit) in USUAL else _converted(number, given, kind, value, what)
     if not math.isfinite(number):
         raise InputRefused(f"{what} is {value}; give a finite value in {unit}")
     return number
+
+
+def _divided(number: float, divisor: float, text: str, what: str) -> float:
+    if divisor == 0:
+        raise InputRefused(f'{what} is "{text}", which divides by zero; give a finite value')
+    return number / divisor
+
+
+def _converted(number: float, given: str, kind: str, text: str, what: str) -> float:
+    """A number of some unit in that of a kind, by pint."""
+    import pint
+
+    unit = SI_UNITS.get(kind, kind)
+    registry = unit_registry()
+    try:
+        quantity = registry.Quantity(number, given)
+        if str(quantity.units) == "dimensionless":
+            return float(quantity.m)
+        converted = float(quantity.m_as(unit))
+    except (pint.PintError, ValueError, TypeError, AttributeError, ArithmeticError, SyntaxError) as error:
+        raise InputRefused(f'{what} is "{text}", which is no {kind} ({error}); write for example "1 {unit}"') from None
+    except Exception as error:  # pint lets errors of its tokeniser through
+        raise InputRefused(f'{what} is "{text}", which cannot be read ({error}); write for example "1 {unit}"') from None
+    if unit in TURNING and "radian" not in str(quantity.to_root_units().units):
+        meant = "an angle: a grade of 30 % is 16.7 deg" if unit == "rad" else "a turning speed: 1 turn/s is 6.28 rad/s"
+        raise InputRefused(f'{what} is "{text}", which is no unit of {meant}; write deg, rad or turn')
+    return converted

@@ -245,6 +245,9 @@ class Sensor:
     frame: Literal["world", "body"] = "world"
 
 
+COMMAND_UNITS = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}  # of a joint that turns, that slides
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rover:
     """A complete mechanism, as the CAD pipeline makes it and the store keeps it."""
@@ -263,3 +266,9 @@ class Rover:
     sensors: tuple[Sensor, ...] = ()
     effects: tuple[Effect, ...] = ()
     sources: tuple[SourceFile, ...] = field(default=())
+
+    @property
+    def drive_units(self) -> dict[str, str]:
+        """SI unit of what a command of each drive sets: by its mode, and by whether its joint turns or slides."""
+        slides = {joint.name: joint.kind == "prismatic" for joint in self.joints}
+        return {drive.name: COMMAND_UNITS[drive.mode][slides[drive.joint]] for drive in self.drives}

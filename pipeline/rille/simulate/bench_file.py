@@ -10,6 +10,7 @@ import numpy as np
 from rille.model import BenchPoints, InputRefused, nearest_names
 from rille.model.bench import CONDITIONS, RESPONSES
 from rille.model.quantity import to_si
+from rille.recording.reading.csv_file import csv_form
 
 QUANTITIES = CONDITIONS | RESPONSES
 ALIASES = {
@@ -21,7 +22,7 @@ ALIASES = {
     "side_force": ("side_force",),
     "drive_torque": ("drive_torque", "torque"),
 }
-UNIT_WORDS = {"nm": "N m", "n": "N", "pct": "percent", "1": "dimensionless", "": "dimensionless"}
+UNIT_WORDS = {"nm": "N m", "n": "N", "kn": "kN", "pct": "percent", "1": "dimensionless", "-": "dimensionless", "": "dimensionless"}
 
 
 def guess_columns(header: list[str]) -> dict[str, str]:
@@ -38,6 +39,10 @@ def guess_columns(header: list[str]) -> dict[str, str]:
 
 def _unit(column: str, quantity: str) -> str:
     """Unit of a column from the end of its name; a bare name is SI."""
+    bracket = re.search(r"[\[(]([^\[\]()]+)[\])]\s*$", column)
+    if bracket:  # all of it is the unit: "torque [N m]"
+        text = bracket[1].strip()
+        return UNIT_WORDS.get(re.sub(r"[\s*\u00b7.]", "", text).lower(), text)
     words = re.split(r"[^A-Za-z0-9%]+", column.strip("_ ])"))
     tail = words[-1] if len(words) > 1 else ""
     known = {"n", "nm", "mm", "cm", "m", "deg", "rad", "pct", "percent", "kn", "kg"}
@@ -60,18 +65,11 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
     InputRefused : for a missing file or column, an unknown quantity, a unit that does not fit, a value that is no number.
     """
     path = Path(path)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputRefused(f"'{path}' cannot be read as CSV: {error}") from error
-    if not rows:
-        raise InputRefused(f"'{path}' has no rows below its header")
-    header = [name for name in rows[0] if name is not None]
+    header, rows, decimal = _rows(path)
     for column, text in (where or {}).items():
         if column not in header:
             raise InputRefused(f"'{path}' has no column '{column}'; {nearest_names(column, header)}")
-        rows = [row for row in rows if (row[column] or "").strip() == text]
+        rows = [row for row in rows if (row.get(column) or "").strip() == text]
     if not rows:
         raise InputRefused(f"no row of '{path}' has {', '.join(f'{c} = {t}' for c, t in (where or {}).items())}")
     chosen = guess_columns(header) | dict(columns or {})
@@ -85,7 +83,7 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
             )
     values = {q: np.full(len(rows), 0.0 if q == "slip_angle" else np.nan) for q in QUANTITIES}
     for quantity, column in chosen.items():
-        values[quantity] = _column(rows, header, quantity, column, path)
+        values[quantity] = _column(rows, header, quantity, column, path, decimal)
     if not any(q in chosen for q in RESPONSES):
         raise InputRefused(f"'{path}' has no column for {', '.join(RESPONSES)}; name one with --column")
     points = BenchPoints(**values)
@@ -101,7 +99,21 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
     return BenchPoints(**{q: (np.clip(values[q], -1, 1) if q == "slip_ratio" else values[q]) for q in QUANTITIES})
 
 
-def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path: Path) -> np.ndarray:
+def _rows(path: Path) -> tuple[list[str], list[dict], str]:
+    """Header, rows and decimal sign, however the file is written (as ``rille import`` reads it)."""
+    try:
+        form = csv_form(path)
+        with path.open(newline="", encoding="utf-8-sig" if form.encoding == "utf8" else form.encoding) as file:
+            lines = file.read().splitlines()[form.skip :]
+        rows = [dict(zip(form.columns, row, strict=False)) for row in csv.reader(lines, delimiter=form.delimiter) if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputRefused(f"'{path}' cannot be read as CSV: {error}") from error
+    if not rows:
+        raise InputRefused(f"'{path}' has no rows below its header")
+    return list(form.columns), rows, form.decimal
+
+
+def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path: Path, decimal: str) -> np.ndarray:
     name, _, unit = spec.partition(":")
     sign = -1.0 if name.startswith("-") and name not in header else 1.0
     name = name if name in header else name.removeprefix("-")
@@ -114,11 +126,11 @@ def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path:
     factor = to_si(f"1 {unit}", _si(quantity), f"column '{name}' of '{path}'")
     numbers = np.full(len(rows), np.nan)
     for k, row in enumerate(rows):
-        text = (row[name] or "").strip()
+        text = (row.get(name) or "").strip()
         if not text or text.lower() in ("nan", "na", "-"):
             continue
         try:
-            numbers[k] = sign * factor * float(text)
+            numbers[k] = sign * factor * float(text.replace(decimal, "."))
         except ValueError:
             raise InputRefused(f"row {k + 2} of '{path}' has '{text}' in column '{name}', which is no number") from None
     return numbers

@@ -3,7 +3,7 @@
 import csv
 import fnmatch
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -108,13 +108,14 @@ def _gravity(value: Number | list[Number]) -> tuple[float, float, float]:
     return 0.0, 0.0, -abs(surface_gravity(value))
 
 
-def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
+def read_scenario_file(path: Path, drive_units: Mapping[str, str]) -> Scenario:
     """Read a scenario file.
 
     Parameters
     ----------
     path : TOML file; keys are those of table ``scenario``, angles and speeds may carry units, ``drives`` takes patterns.
-    drive_modes : the model's drives and their modes; patterns are expanded against the names.
+    drive_units : SI unit of what a command of each of the model's drives sets (``Rover.drive_units``); patterns are expanded against the
+        names.
 
     Raises
     ------
@@ -129,9 +130,9 @@ def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
         to_si(sheet.start.y, "length", f"start.y {what}"),
         to_si(sheet.start.z or 0.0, "length", f"start.z {what}"),
     )
-    commands = [c for entry in sheet.command for c in _commands(entry, sheet.name, drive_modes)]
+    commands = [c for entry in sheet.command for c in _commands(entry, sheet.name, drive_units)]
     if sheet.command_table is not None:
-        commands += read_command_table(Path(path).parent / sheet.command_table, drive_modes)
+        commands += read_command_table(Path(path).parent / sheet.command_table, drive_units)
     settle = sheet.settle_time if sheet.settle_time is not None else (10.0 if on_terrain else 0.0)
     vx, vy, vz = (to_si(v, "speed", f"start.velocity {what}") for v in sheet.start.velocity)
     wx, wy, wz = (to_si(v, "angular_speed", f"start.angular_velocity {what}") for v in sheet.start.angular_velocity)
@@ -158,12 +159,9 @@ def read_scenario_file(path: Path, drive_modes: dict[str, str]) -> Scenario:
         ),
         commands=tuple(sorted(commands, key=lambda c: (c.time, c.drive))),
         changes=tuple(sorted((_change(entry, what) for entry in sheet.state_change), key=lambda change: change.time)),
-        watches=tuple(_watch(entry, sheet.name, drive_modes) for entry in sheet.watch),
+        watches=tuple(_watch(entry, sheet.name, drive_units) for entry in sheet.watch),
         sources=(source_of(path, f"scenario {sheet.name}", f"rille {__version__}"),),
     )
-
-
-UNITS_OF_MODE: dict[str, Sequence[str]] = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}
 
 
 def _change(entry: _StateChange, what: str) -> StateChange:
@@ -175,7 +173,7 @@ def _change(entry: _StateChange, what: str) -> StateChange:
     )
 
 
-def _watch(entry: _Watch, scenario: str, drive_modes: dict[str, str]) -> Watch:
+def _watch(entry: _Watch, scenario: str, drive_units: Mapping[str, str]) -> Watch:
     what = f"watch '{entry.name}' of scenario '{scenario}'"
     if (entry.event is None) == (entry.quantity is None):
         raise InputRefused(f'{what} needs either an event or a quantity, for example event = "stuck"')
@@ -185,32 +183,32 @@ def _watch(entry: _Watch, scenario: str, drive_modes: dict[str, str]) -> Watch:
         raise InputRefused(f'{what}: drive and value belong to action = "command", and only to it')
     value = None
     if entry.drive is not None and entry.value is not None:
-        if entry.drive not in drive_modes:
+        if entry.drive not in drive_units:
             raise InputRefused(
-                f"{what} commands the drive '{entry.drive}', which the model does not have; {nearest_names(entry.drive, drive_modes)}"
+                f"{what} commands the drive '{entry.drive}', which the model does not have; {nearest_names(entry.drive, drive_units)}"
             )
-        value = _in_units(entry.value, UNITS_OF_MODE[drive_modes[entry.drive]], f"value of {what}")
+        value = to_si(entry.value, drive_units[entry.drive], f"value of {what}")
     fields = ("name", "action", "event", "quantity", "component", "target", "above", "below", "drive")
     return Watch(hold=to_si(entry.hold, "time", f"hold of {what}"), value=value, **{f: getattr(entry, f) for f in fields})
 
 
-def _commands(entry: _Command, scenario: str, drive_modes: dict[str, str]) -> list[Command]:
+def _commands(entry: _Command, scenario: str, drive_units: Mapping[str, str]) -> list[Command]:
     time = to_si(entry.time, "time", f"time of a command of scenario '{scenario}'")
     commands = []
     for pattern in entry.drives:
-        matched = fnmatch.filter(drive_modes, pattern)
+        matched = fnmatch.filter(drive_units, pattern)
         if not matched:
             raise InputRefused(
                 f"scenario '{scenario}' commands the drive '{pattern}', which the model does not have; "
-                f"{nearest_names(pattern, drive_modes)}"
+                f"{nearest_names(pattern, drive_units)}"
             )
         for drive in matched:
-            expected = UNITS_OF_MODE[drive_modes[drive]]
-            commands.append(Command(drive=drive, time=time, value=_in_units(entry.value, expected, f"the command of drive '{drive}'")))
+            value = to_si(entry.value, drive_units[drive], f"the command of drive '{drive}'")
+            commands.append(Command(drive=drive, time=time, value=value))
     return commands
 
 
-def read_command_table(path: Path, drive_modes: dict[str, str]) -> list[Command]:
+def read_command_table(path: Path, drive_units: Mapping[str, str]) -> list[Command]:
     """Commands from a CSV: a column ``time`` [s] and one for each drive, or pattern of drives, ``wheel_* [deg/s]``; SI without a unit.
 
     A set value holds until the next row that has one; an empty cell commands nothing.
@@ -243,7 +241,7 @@ def read_command_table(path: Path, drive_modes: dict[str, str]) -> list[Command]
                 entry = _Command(
                     drives=[name.strip()], time=numbers[0] if columns[0][1] is None else f"{numbers[0]!r} {columns[0][1]}", value=value
                 )
-                commands += _commands(entry, path.name, drive_modes)
+                commands += _commands(entry, path.name, drive_units)
     return commands
 
 

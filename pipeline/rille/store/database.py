@@ -209,6 +209,14 @@ def insert(connection: sqlite3.Connection, table: str, subject: str, row: Mappin
         raise InputRefused(_broken_rule(table, subject, row, str(error))) from error
 
 
+def update(connection: sqlite3.Connection, table: str, subject: str, key: int, row: Mapping[str, object]) -> None:
+    """Change the row of a key. Raises as ``insert``."""
+    try:
+        connection.execute(f"UPDATE {table} SET {', '.join(f'{column} = ?' for column in row)} WHERE id = ?", (*row.values(), key))
+    except sqlite3.IntegrityError as error:
+        raise InputRefused(_broken_rule(table, subject, row, str(error))) from error
+
+
 def _broken_rule(table: str, subject: str, row: Mapping[str, object], message: str) -> str:
     kind, _, rule = message.partition(": ")
     concerned = {c: v for c, v in row.items() if re.search(rf"\b{c}\b", rule) and not isinstance(v, bytes)}

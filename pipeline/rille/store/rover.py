@@ -30,9 +30,10 @@ from rille.model import (
     Wheel,
     nearest_names,
 )
-from rille.store.database import insert, reading, writing
+from rille.store.database import insert, reading, update, writing
 from rille.store.effects import effect_rows, insert_effect
 
+MADE_OF_MATERIAL = ("part", "wheel", "obstacle")
 ROVER_TABLES = (
     "sensor",
     "grouser",
@@ -129,12 +130,27 @@ def read_shape(row: sqlite3.Row) -> dict[str, Any]:
 
 
 def write_material(connection: sqlite3.Connection, material: Material) -> int:
-    """Key of a material. Rovers and terrains share them: one that is there already is left as it is."""
-    there = connection.execute("SELECT id FROM material WHERE name = ?", (material.name,)).fetchone()
-    if there is not None:
-        return there["id"]
+    """Key of a material. Rovers and terrains share them: one that is there already gets another density only if nothing is made of it.
+
+    Raises
+    ------
+    InputRefused : if something is, or the density is none.
+    """
+    there = connection.execute("SELECT id, density FROM material WHERE name = ?", (material.name,)).fetchone()
     row = {f: getattr(material, f) for f in ("name", "density", "provenance", "source")}
-    return insert(connection, "material", f"material '{material.name}'", row)
+    if there is None:
+        return insert(connection, "material", f"material '{material.name}'", row)
+    if there["density"] != material.density:
+        for table in MADE_OF_MATERIAL:
+            user = connection.execute(f"SELECT name FROM {table} WHERE material_id = ?", (there["id"],)).fetchone()
+            if user is not None:
+                raise InputRefused(
+                    f"material '{material.name}' has a density of {material.density:g} kg/m^3 here, and {there['density']:g} kg/m^3 in the "
+                    f"database, where the {table.replace('_', ' ')} '{user['name']}' is made of it; state the same density, or choose "
+                    "another name"
+                )
+        update(connection, "material", f"material '{material.name}'", there["id"], row)
+    return there["id"]
 
 
 def read_material(row: sqlite3.Row) -> Material:

@@ -81,6 +81,7 @@ def update_terrain(
                 )
         _free(connection, path, terrain.name, replace)
         key = present["id"]
+        connection.execute("DELETE FROM obstacle WHERE terrain_id = ?", (key,))  # written anew, and of materials that may have changed
         soils = _write_matter(connection, terrain)
         before = _read_patches(connection, key)
         row = _grid_row(terrain, soils)

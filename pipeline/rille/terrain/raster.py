@@ -95,7 +95,9 @@ def open_raster(path: Path, band: int = 1) -> Raster:
     if min(shape) < 2:
         raise InputRefused(f"'{path}' has {shape[0]} x {shape[1]} heights; at least 2 x 2 are needed")
     if crs is None:
-        raise InputRefused(f"'{path}' has no projection, so its scale is unknown; assign one (gdal_edit -a_srs)")
+        raise InputRefused(
+            f"'{path}' has no projection, so its scale is unknown; assign one (gdal_edit -a_srs; beside an .asc a .prj file)"
+        )
     local = re.match(r'(?:LOCAL_CS|ENGCRS)\[.*UNIT\["([^"]+)",([0-9.eE+-]+)', crs.to_wkt(), re.DOTALL)  # of a scene without projection
     if not crs.is_projected and local is None:
         raise InputRefused(f"'{path}' is in degrees, not in metres; project it first (gdalwarp -t_srs)")

@@ -58,6 +58,9 @@ def draw(pictures: dict[Path, Drawing]) -> list[str]:
     """Draw the pictures; return notes about what could not be drawn (empty if all were)."""
     if not pictures:
         return []
+    nowhere = sorted({str(path.parent) for path in pictures if not path.parent.is_dir()})
+    if nowhere:
+        return [f"3-D pictures could not be written: the folder '{nowhere[0]}' does not exist; create it first"]
     with tempfile.TemporaryDirectory(prefix="rille-view-") as folder:
         job = Path(folder) / "job.npz"
         arrays: dict[str, Array] = {}

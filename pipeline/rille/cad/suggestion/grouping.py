@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 
 WELDED = 1e-4  # [m] solids that overlap thicker than this are drawn into each other: one piece
 SMALL = 0.05  # of the assembly's size: what is smaller and carries nothing is no moving body of its own
+LARGER = 1.02  # times: sizes that differ by less are alike
 TURNED = 0.6  # share of a solid's cylindrical area on one axis that makes it a turned part
 FASTENER_WORDS = re.compile(
     r"screw|bolt|nut(?![a-z])|washer|rivet|dowel|circlip|schraube|mutter|scheibe|\bdin[ _]?\d|\biso[ _]?\d|\bm\d+ ?x ?\d", re.IGNORECASE
@@ -319,7 +320,8 @@ class Grouping:
             for other in self.neighbours[holder]:
                 motion = self.mobility(holder, other)
                 on_axis = Line(point=motion.point, axis=motion.axis).same(axis)
-                if other != group and motion.kind in ("hinge", "cylindrical") and on_axis and self.extent(other) > self.extent(group):
+                larger = self.extent(other) > LARGER * self.extent(group)  # two alike are two wheels, whatever rounding says
+                if other != group and motion.kind in ("hinge", "cylindrical") and on_axis and larger:
                     self.merge(group, other)
                     break
 

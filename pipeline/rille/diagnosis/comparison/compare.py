@@ -8,14 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.diagnosis.comparison.pooled import root_mean_square
-from rille.diagnosis.starts.noise_floor import difference_noise, noise_of, quantisation
-from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
+from rille.diagnosis.starts.noise_floor import noise_of, quantisation
 from rille.diagnosis.starts.start_fit import Samples, StartFit, fit_starts_doubting, residuals
 from rille.diagnosis.starts.start_states import Starts, start_states
+from rille.diagnosis.starts.steady_turns import with_steady_turns
 from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
+from rille.model import InputRefused
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
+from rille.model.scatter import difference_noise
 
 Array = NDArray[np.float64]
 Noise = Mapping[str, tuple[float, str]]
@@ -62,14 +64,25 @@ def compare_whole(simulator: Any, recording: Recording, *, noise: Noise | None =
     return _compare(simulator, recording, None, noise, on_progress)
 
 
+def _refuse_without_noise(recording: Recording, names: Sequence[str]) -> None:
+    """Refuse a recording whose channels of motion are all left out because nobody knows their noise."""
+    if names:
+        raise InputRefused(
+            f"the noise of {', '.join(repr(name) for name in names[:4])} of recording '{recording.name}' is not known: they show none, or "
+            "have too few samples to show any; state it in the manifest (noise = ...)"
+        )
+
+
 def _compare(
     simulator: Any, recording: Recording, window: float | None, known: Noise | None, on_progress: Progress, rough: float | None = None
 ) -> Comparison:
     simulator.drive_by(recording)
-    observed = with_steady_quaternions(recording.with_role("observed"))
+    observed = with_steady_turns(recording.with_role("observed"))
     unfit = {channel.name: why_unfit(channel, recording) for channel in observed}
     noise = {c.name: known[c.name] if known and c.name in known else noise_of(c) for c in observed}
     shows = [c for c in observed if not unfit[c.name] and c.quantity in MOTION_QUANTITIES and noise[c.name][0] > 0]
+    if not shows:
+        _refuse_without_noise(recording, [c.name for c in observed if c.quantity in MOTION_QUANTITIES and not noise[c.name][0] > 0])
     parts = cut(recording, shows, window, rough or simulator.step, RUN_UP if simulator.has_ground else 0.0)
     starts = start_states(simulator, [(c, noise[c.name][0]) for c in shows], parts.begins, widest=window or 1.0, on_progress=on_progress)
     samples = [samples_of(c, max(noise[c.name][0], 1e-300), parts) for c in observed]

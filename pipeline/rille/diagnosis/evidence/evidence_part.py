@@ -13,16 +13,17 @@ from rille.diagnosis.comparison.compare import RUN_UP, samples_of, why_unfit, wi
 from rille.diagnosis.evidence.applied import applied, sensor_terms
 from rille.diagnosis.evidence.evidence import ENDED
 from rille.diagnosis.hypotheses.sensor_faults import concerns, moves_time, repaired, said, true_instants
-from rille.diagnosis.starts.noise_floor import difference_noise, quantisation, steady_rounding
-from rille.diagnosis.starts.quaternion_sign import with_steady_quaternions
+from rille.diagnosis.starts.noise_floor import quantisation, steady_rounding
 from rille.diagnosis.starts.start_fit import FAR, FARTHEST, Directions, Samples, between, fit_starts, residuals
 from rille.diagnosis.starts.start_states import Starts, smoothed_values, start_states
 from rille.diagnosis.starts.state_coordinates import moved
+from rille.diagnosis.starts.steady_turns import with_steady_turns
 from rille.diagnosis.starts.step_error import finest, step_error, timing
 from rille.diagnosis.starts.windows import Cut, cut, picked
 from rille.model import InputRefused
 from rille.model.hypothesis import Setting
 from rille.model.recording import MOTION_QUANTITIES, Channel, Recording
+from rille.model.scatter import difference_noise
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -421,9 +422,7 @@ def gather_part(
     """
     base = simulator.changed()
     base.drive_by(recording)
-    channels = tuple(
-        c for c in with_steady_quaternions(recording.with_role("observed")) if not why_unfit(c, recording) and noise[c.name][0] > 0
-    )
+    channels = tuple(c for c in with_steady_turns(recording.with_role("observed")) if not why_unfit(c, recording) and noise[c.name][0] > 0)
     shows = [c for c in channels if c.quantity in MOTION_QUANTITIES]
     parts = cut(recording, shows, window, grid or rough or base.step, max(LAG, RUN_UP if base.has_ground else 0.0))
     if most is not None:

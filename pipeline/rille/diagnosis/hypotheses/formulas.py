@@ -63,6 +63,7 @@ JOINT_LAWS = (
     ("sign(v) where v < 0", "min(tanh(velocity/(e*w)),0)", True),
     ("v", "velocity/w", True),
     ("v |v|", "velocity*abs(velocity)/w^2", True),
+    ("v^2", "(velocity/w)^2", False),
     ("v^3", "(velocity/w)^3", True),
     ("sign(v) sqrt|v|", "tanh(velocity/(e*w))*sqrt(abs(velocity)/w)", True),
     ("sign(v) exp(-|v|)", "tanh(velocity/(e*w))*exp(-abs(velocity)/w)", True),

@@ -67,7 +67,11 @@ def cut(recording: Recording, channels: Sequence[Channel], window: float | None,
         starts.append(edge[:-1])
         stops.append(edge[1:])
     if not begins:
-        raise InputRefused(f"recording '{recording.name}' has no stretch without gaps that is longer than {run_up + 4 * step:g} s")
+        longest = float(np.max(lasts - firsts))
+        raise InputRefused(
+            f"recording '{recording.name}' has no stretch without gaps that is longer than {run_up + 4 * step:g} s (the longest lasts "
+            f"{longest:.3g} s): record longer, or take a smaller step"
+        )
     made = Cut(begins=np.concatenate(begins), starts=np.concatenate(starts), stops=np.concatenate(stops))
     return made if window is None else _off_the_pole(made, channels)
 

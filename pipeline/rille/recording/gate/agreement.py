@@ -127,7 +127,8 @@ def _time_factor(channels: Mapping[str, Channel], fits: Fits) -> GateFinding | N
         return None
     gains = np.array([_mean_gain(fit) for _, fit in rates])
     factor = min((1e3, 1e6, 1e9, 60.0, 1e-3, 1e-6, 1e-9, 1 / 60), key=lambda f: abs(np.log(gains[0] / f)))
-    if np.any(np.abs(np.log(gains / factor)) > 0.2):
+    off = np.abs(np.log(gains / factor))
+    if np.any(off > 0.2) or all(_is_other_unit(gain, far) for gain, far in zip(gains, off, strict=True)):
         return None
     pair, _ = rates[0]
     step = float(np.median(np.diff(channels[pair.second].time))) if len(channels[pair.second].time) > 1 else rates[0][1].half / 4
@@ -147,6 +148,12 @@ def _time_factor(channels: Mapping[str, Channel], fits: Fits) -> GateFinding | N
     )
     detail = {"factor": factor, "gains": gains.tolist(), "unit": units.get(factor, "s")}
     return GateFinding(code="time_unit", severity="error", channel=clock, detail=detail, message=message)
+
+
+def _is_other_unit(gain: float, off: float) -> bool:
+    """Whether a rate's gain is nearer to one that units of values get mixed up by (180/pi is nearly 60). off : from that of a clock."""
+    known = nearest_factor(gain, 0.08)
+    return known is not None and abs(np.log(gain / known[0])) < off
 
 
 def _prompt(channels: Mapping[str, Channel], pair: Pair, fit: Fit) -> bool:

@@ -13,6 +13,8 @@ RATES = ("joint.velocity", "joint.effort", "part.linear_velocity", "part.angular
 MANY = 100  # samples of a regular clock from which ``SLOWEST_RATES`` holds
 SHORT = {1e3: "ms", 1e6: "us", 1e9: "ns"}
 
+MIXED = 20.0  # intervals: a clock that jumps back by more has begun anew, and messages were not merely mixed up
+
 
 def check_clock(name: str, time: Array, *, moving: bool = True, rates: bool = False) -> list[GateFinding]:
     """Findings about stamps (n,) [s]: backwards, duplicates, gaps, lost samples, jitter, and a rate that no logger has.
@@ -40,7 +42,11 @@ def _order(name: str, time: Array, interval: Array) -> list[GateFinding]:
         k = int(back[0])
         message = (
             f"clock '{name}' runs backwards at {len(back)} of {len(time)} samples, first after {time[k]:.6g} s, by {-interval[k]:.3g} s; "
-            'state a [[correction]] kind = "sort" with its reason, or repair the file'
+            + (
+                "it begins anew there: cut the file, or repair its clock (sorting would mix two stretches of time)"
+                if float(-interval[back].min()) > MIXED * float(np.median(np.abs(interval)))
+                else 'state a [[correction]] kind = "sort" with its reason, or repair the file'
+            )
         )
         detail = {"count": len(back), "first": float(time[k]), "largest": float(-interval[back].min())}
         found.append(GateFinding(code="clock_backwards", severity="error", channel=name, detail=detail, message=message))

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import Channel, GateFinding, Recording
+from rille.model.turns import unwrapped
 from rille.recording.gate.agreement import check_agreement
 from rille.recording.gate.clock import RATES, check_clock
 from rille.recording.gate.header import check_header
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.missing import check_missing
 from rille.recording.gate.motion import Held, contradicts, manner_of
+from rille.recording.gate.noise import check_noise
 from rille.recording.gate.quantisation import check_quantisation
 from rille.recording.gate.ranges import check_range
 from rille.recording.gate.relations import Pair, related
@@ -24,6 +26,7 @@ from rille.recording.gate.stretches import BINS, MOST, Stretch, activity, choose
 from rille.recording.gate.stuck import check_stuck, held_stretches
 from rille.recording.gate.track import Track, lay
 from rille.recording.gate.witness import check_witnesses
+from rille.recording.gate.wrapped import check_wrapped
 from rille.recording.points_gate import points_findings
 
 Array = NDArray[np.float64]
@@ -113,7 +116,7 @@ def _single(
         if not np.isfinite(value).any():
             continue
         resolution, notes = (None, []) if channel.role == "command" else check_quantisation(channel)
-        found += notes + check_range(channel) + check_spikes(channel, resolution)
+        found += notes + check_range(channel) + check_spikes(channel, resolution) + check_wrapped(channel) + check_noise(channel)
         manners[channel.name] = manner_of(value, resolution)
         if not clock.forward:
             continue
@@ -216,18 +219,6 @@ def _track(source: Source, name: str, stretches: Sequence[Stretch], lame: Sequen
             for begin, end in lame[stretch.recording].get(name, ()):
                 value = np.where((time >= begin) & (time <= end), np.nan, value)
             turned = channel.component in ("roll", "pitch", "yaw") or (channel.quantity == "joint.position" and channel.unit == "rad")
-            samples.append((time, _unwrapped(value) if turned else value))
+            samples.append((time, unwrapped(value) if turned else value))
         starts.append(stretch.first)
     return lay(samples, starts, apart, hold=hold, delay=delay)
-
-
-def _unwrapped(value: Array) -> Array:
-    """Angles (n,) [rad] without the jumps of a full turn; values that jump by anything else are no wrapped radians and stay."""
-    good = np.isfinite(value)
-    jumps = np.abs(np.diff(value[good]))
-    jumps = jumps[jumps > np.pi]
-    if not len(jumps) or float(np.mean((jumps > 1.5 * np.pi) & (jumps < 2.01 * np.pi))) < 0.9:
-        return value
-    out = value.copy()
-    out[good] = np.unwrap(value[good])
-    return out

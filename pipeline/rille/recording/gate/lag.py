@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 LONGEST = 1.0  # [s] largest delay that is looked for
 BLOCK = 5.0  # [s] or forty samples: offsets are free from block to block, as slow drift says nothing of delay or gain
 POINTS = 30_000  # samples that a fit takes
+FAR = 6.0  # times a delay, or the width of a window, from which on another one is the period of the motion, and no rival
+UPRIGHT = 0.01  # of R^2, that a shorter delay with the right sign may fit worse
 COARSE = 2_000  # samples that the search takes
 
 
@@ -20,7 +22,8 @@ class Fit:
 
     order : 1: the derivative of ``first`` is meant. agreement : R^2. gain_back : of the regression the other way round, as the same ratio
     second / first; noise puts the true gain between the two. bias : of second - gain first. count : windows.
-    drift : of the delay over time [s/s]. spread : of ``second``, standard deviation. ambiguous : other delays fit as well.
+    drift : of the delay over time [s/s]. spread : of ``second``, standard deviation. ambiguous : other delays fit as
+    well, and are not many times longer.
     agreement_at_zero : R^2 without a delay. length : [s] of all windows together, with what lies between. open_delay : [s] by which the
     delay may be larger or smaller because commands are held. slow_delay : [s] by which slow changes follow, where it is another.
     """
@@ -139,16 +142,24 @@ def _search(first: Track, second: Track, order: int, half: float, room: float, q
     wanted = centre(second.mean(query, half, 0))
     lags = np.arange(-np.ceil(room / half), np.ceil(room / half) + 1) * half
     lags = lags[np.abs(lags) <= room]
-    score = np.empty(len(lags))
+    score, along = np.empty(len(lags)), np.empty(len(lags))
     for k, lag in enumerate(lags):
         given = centre(first.mean(query - lag, half, order))
-        score[k] = (given @ wanted) ** 2 / max(float((given @ given) * (wanted @ wanted)), 1e-300)
+        along[k] = given @ wanted
+        score[k] = along[k] ** 2 / max(float((given @ given) * (wanted @ wanted)), 1e-300)
     inner = np.arange(1, len(lags) - 1)
     peaks = inner[(score[inner] >= score[inner - 1]) & (score[inner] >= score[inner + 1])]
-    best = float(score.max())
-    alike = [k for k in peaks if 1 - score[k] < 1.1 * (1 - best) + 1e-3]
+    height = score.copy()  # of the peaks between the grid's lags: what lies midway is not told from what lies on one otherwise
+    bend = 2 * score[peaks] - score[peaks - 1] - score[peaks + 1]
+    height[peaks] = np.minimum(score[peaks] + (score[peaks + 1] - score[peaks - 1]) ** 2 / np.maximum(8 * bend, 1e-300), 1.0)
+    best = float(height.max())
+    alike = [k for k in peaks if 1 - height[k] < 1.1 * (1 - best) + 1e-3]
     top = min(alike, key=lambda k: abs(lags[k])) if alike else int(np.argmax(score))
-    return float(lags[top]), any(abs(k - top) > 2 for k in alike)
+    if along[top] < 0:  # half a period later with the sign turned is rarer than a sensor that is a little late, or has needles
+        upright = [k for k in peaks if along[k] > 0 and abs(lags[k]) < abs(lags[top]) and 1 - height[k] < 3 * (1 - best) + UPRIGHT]
+        top = min(upright, key=lambda k: abs(lags[k]), default=top)
+    near = FAR * max(abs(float(lags[top])), half)
+    return float(lags[top]), any(abs(k - top) > 2 and abs(lags[k]) < near for k in alike)
 
 
 def _blocks(query: Array, step: float) -> _Centred:

@@ -1,7 +1,10 @@
-"""White noise of a channel, from second differences."""
+"""White noise of a channel, from its samples, and whether it is what was stated."""
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rille.model.recording import Channel, GateFinding
+from rille.model.scatter import UNDERSTATED, plain_noise
 
 Array = NDArray[np.float64]
 
@@ -12,3 +15,18 @@ def white_noise(value: Array) -> float:
     if len(value) < 3:
         return 0.0
     return float(1.4826 * np.median(np.abs(value[2:] - 2 * value[1:-1] + value[:-2])) / np.sqrt(6))
+
+
+def check_noise(channel: Channel) -> list[GateFinding]:
+    """A warning where the samples of an observed channel plainly scatter more than its stated noise and resolution say."""
+    if channel.role != "observed" or channel.noise is None:
+        return []
+    stated = float(np.hypot(channel.noise, (channel.resolution or 0.0) / np.sqrt(12)))
+    seen = plain_noise(channel.time, channel.value)
+    if seen <= UNDERSTATED * stated:
+        return []
+    message = (
+        f"channel '{channel.name}' scatters by {seen:.3g} {channel.unit} from sample to sample, {seen / max(stated, 1e-300):.3g} times the "
+        f"{stated:.3g} {channel.unit} that are stated as its noise; state what it is: comparisons take what is seen"
+    )
+    return [GateFinding(code="noise", severity="warning", channel=channel.name, detail={"seen": seen, "stated": stated}, message=message)]

@@ -31,7 +31,7 @@ def check_spikes(channel: Channel, resolution: float | None) -> list[GateFinding
     bound = _bound(_change(value, 1, turning), resolution)
     if bound is None:
         return []
-    at = np.sort(np.concatenate([_needles(value, wide, bound, turning) for wide in (1, 2)]))
+    at = np.unique(np.concatenate([*(_needles(value, wide, bound, turning) for wide in (1, 2)), _off_the_line(value, resolution, turning)]))
     if not len(at):
         return []
     size = float(np.max(np.abs(value[at] - value[at - 1])))
@@ -46,17 +46,29 @@ def check_spikes(channel: Channel, resolution: float | None) -> list[GateFinding
     return [GateFinding(code="spike", severity="warning", channel=channel.name, detail=detail, message=message)]
 
 
+def _off_the_line(value: Array, resolution: float | None, turning: bool) -> NDArray[np.intp]:
+    """Samples far off the middle of their neighbours, on the same side of both: needles on what moves fast, whose steps hide them."""
+    before, after = value[1:-1] - value[:-2], value[1:-1] - value[2:]
+    off = np.abs(before + after) / 2
+    least = np.minimum(np.abs(before), np.abs(after))
+    bound = _bound(off, resolution, each=3)
+    if bound is None or not len(off):
+        return np.empty(0, dtype=np.intp)
+    one_side = (before * after > 0) & (least > 0.5 * off)
+    return np.flatnonzero((off > bound) & one_side & ~(turning & (off > np.pi / 2))) + 1
+
+
 def _change(value: Array, apart: int, turning: bool) -> Array:
     """|differences| (n - apart,) of samples that many apart, of angles without a full turn."""
     change = np.abs(value[apart:] - value[:-apart])
     return np.minimum(change, np.abs(change - 2 * np.pi)) if turning else change
 
 
-def _bound(change: Array, resolution: float | None) -> float | None:
-    """Height from which a needle is one; None: too few changes to say what is usual."""
+def _bound(change: Array, resolution: float | None, each: int = 1) -> float | None:
+    """Height from which a needle is one; None: too few changes to say what is usual. each : changes that a needle makes large."""
     change = change[change > 0]
     n = len(change)
-    left = n - FEW - n // 500
+    left = n - each * (FEW + n // 500)
     if left < 2 * FEW:
         return None
     rank = int(0.999 * (left - 1))

@@ -16,6 +16,7 @@ HEAD = 1 << 16  # bytes that are looked at
 BLOCK = 1 << 22  # bytes of a piece
 NO_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "null", "NULL", "None", "NA", "N/A", "n/a", "#N/A", "-")
 DELIMITERS = (",", ";", "\t", "|")
+ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
 DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 
 
@@ -145,7 +146,7 @@ class CsvSource:
                 place = form.columns.index(clock)
                 cells = [row[place] for row in form.rows if len(row) == len(form.columns)]
                 if cells and DATE.match(cells[0]):
-                    types[clock] = pa.timestamp("ns")
+                    types[clock] = pa.timestamp("ns", tz="UTC" if ZONE.search(cells[0]) else None)
                 elif cells and all(re.fullmatch(r"\d{16,19}", cell) for cell in cells):  # a float has no room for these digits
                     types[clock] = pa.int64()
         numbers = {*wanted.clocks, *(name for columns in wanted.clocks.values() for name in columns)}

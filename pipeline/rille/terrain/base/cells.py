@@ -43,7 +43,8 @@ def cells(raster: Raster, rows: Range, cols: Range, *, halo: int, fill: bool) ->
 
 
 def filled(values: Array, path: Path) -> Array:
-    """Values with the missing ones (NaN) interpolated from around by inverse distance (GDALFillNodata).
+    """Values with the missing ones (NaN) interpolated from around: a plane through all, and on it by inverse distance (GDALFillNodata), so
+    that a hole in a slope is a slope.
 
     Raises
     ------
@@ -54,11 +55,21 @@ def filled(values: Array, path: Path) -> Array:
         raise InputRefused(f"'{path}' has no height at all in the region; choose another region")
     from rasterio.fill import fillnodata
 
-    level = float(np.nanmean(values))  # GDAL fills in float32
-    guess = fillnodata(
-        np.where(holes, 0.0, values - level), mask=(~holes).astype(np.uint8), max_search_distance=float(np.hypot(*values.shape))
+    plane = _plane(values, ~holes)
+    guess = fillnodata(  # GDAL fills in float32
+        np.where(holes, 0.0, values - plane), mask=(~holes).astype(np.uint8), max_search_distance=float(np.hypot(*values.shape))
     )
-    return np.where(holes, guess + level, values)
+    return np.where(holes, guess + plane, values)
+
+
+def _plane(values: Array, known: NDArray[np.bool_]) -> Array:
+    """The plane through the known values, by least squares, at all of them."""
+    rows, cols = np.nonzero(known)
+    middle = rows.mean(), cols.mean()
+    terms = np.column_stack([np.ones(len(rows)), rows - middle[0], cols - middle[1]])
+    level, down, right = np.linalg.lstsq(terms, values[known], rcond=None)[0]
+    row, col = np.ogrid[: values.shape[0], : values.shape[1]]
+    return level + down * (row - middle[0]) + right * (col - middle[1])
 
 
 def _refuse_holes(raster: Raster, rows: Range, cols: Range, fill: bool) -> None:

@@ -15,6 +15,13 @@ from rille.terrain.base.sheet import BaseSheet
 from rille.terrain.grid import Grid, place_of
 
 FORM = "fractal 1"  # changes when the same sheet gives other heights
+EXTENT = ("kind", "size", "center", "posting")
+KEYS = {  # that a base of each kind heeds
+    "flat": EXTENT,
+    "plane": (*EXTENT, "slope", "direction"),
+    "fractal": (*EXTENT, "hurst", "median_slope", "seed"),
+    "dem": (*EXTENT, "file", "band", "origin", "fill_holes", "values", "detail"),
+}
 STEEPEST = math.radians(89) * (1 + 1e-12)  # of a plane; a wall has no height over the ground
 
 
@@ -29,10 +36,9 @@ def make_base(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
     ------
     InputRefused : with one sentence for whatever cannot be used.
     """
+    _require_used(sheet)
     if sheet.kind == "dem":
         return measured(sheet, scene_file, progress)
-    if sheet.detail is not None:
-        raise InputRefused(f"the base is {sheet.kind} and has no resolution that [base.detail] could go below; remove it or take a dem")
     grid = _grid(sheet)
     if sheet.kind == "fractal":
         return _fractal(sheet, grid)
@@ -44,6 +50,17 @@ def make_base(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
         grid=grid,
         source=f"synthetic: {sheet.kind}",
     )
+
+
+def _require_used(sheet: BaseSheet) -> None:
+    """Refuse what a base of this kind does not heed: a slope of what is flat is a mistake."""
+    if sheet.detail is not None and sheet.kind != "dem":
+        raise InputRefused(f"the base is {sheet.kind} and has no resolution that [base.detail] could go below; remove it or take a dem")
+    for key in sorted(sheet.model_fields_set - set(KEYS[sheet.kind])):
+        kinds = " or ".join(f'"{kind}"' for kind, keys in KEYS.items() if key in keys)
+        raise InputRefused(
+            f"the base is {sheet.kind} and does not heed `{key}`, which belongs to kind = {kinds}; remove it or change the kind"
+        )
 
 
 def _grid(sheet: BaseSheet) -> Grid:

@@ -13,6 +13,7 @@ from rille.view.terrain_pictures.paper import INK, RULE, SOFT
 from rille.view.terrain_pictures.raster import Samples, rgb, sample
 
 EDGES = (0, 5, 10, 15, 20, 25, 30)  # [deg] lower ends of the classes
+ROUNDING = 1e-6  # [deg]
 CLASS_COLORS = ("#f4f1e1", "#cfe0b0", "#8fc49a", "#f3c25b", "#e8853a", "#c23b3b", "#5e1742")
 OUTLINE = "#22303c"
 
@@ -42,7 +43,7 @@ def draw_slope(terrain: Terrain, path: Path, *, marks: Sequence[Mark] = ()) -> d
     sheet = MapSheet(terrain, samples, f"{terrain.name}: slope", subtitle, counted(terrain))
     shown = sheet.raster.scaled(np.nan_to_num(degrees).astype(np.float32))
     table = np.array([rgb(c) for c in CLASS_COLORS], np.uint8)
-    pixels = table[np.digitize(shown, EDGES[1:])]
+    pixels = table[_class(shown)]
     paint_gaps(pixels, sheet.raster)
     sheet.lay(pixels)
     labels, lost = sheet.place(marks)
@@ -63,10 +64,15 @@ def draw_slope(terrain: Terrain, path: Path, *, marks: Sequence[Mark] = ()) -> d
     return {"median_deg": median, "p95_deg": steep, "baseline_m": baseline}
 
 
+def _class(degrees: np.ndarray) -> np.ndarray:
+    """Numbers of the classes of slopes; one that is an edge but for rounding is in the class that begins there."""
+    return np.digitize(degrees + ROUNDING, EDGES[1:])
+
+
 def _classes(sheet: MapSheet, known: np.ndarray) -> None:
     """The classes with their colours and shares of the ground."""
     sheet.heading("slope [\u00b0], share of the ground")
-    counts = np.bincount(np.digitize(known, EDGES[1:]), minlength=len(EDGES))
+    counts = np.bincount(_class(known), minlength=len(EDGES))
     pen = sheet.paper.pen
     for k, color in enumerate(CLASS_COLORS):
         share = 100 * counts[k] / max(known.size, 1)

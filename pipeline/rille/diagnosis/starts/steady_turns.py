@@ -1,4 +1,4 @@
-"""Quaternions whose sign does not jump: q and -q are one orientation, and recorders change between them."""
+"""Turns that do not jump: q and -q are one orientation, and recorders change between them; encoders begin anew after a full turn."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from rille.model.recording import Channel
+from rille.model.turns import unwrapped
 
 
-def with_steady_quaternions(channels: Sequence[Channel]) -> tuple[Channel, ...]:
-    """The channels; where all four components of an orientation share their instants, each sample has the sign that is nearer to the
-    last.
+def with_steady_turns(channels: Sequence[Channel]) -> tuple[Channel, ...]:
+    """The channels; angles of joints count full turns, and where all four components of an orientation share their instants, each sample
+    has the sign that is nearer to the last.
     """
-    result = list(channels)
+    result = [replace(c, value=unwrapped(c.value)) if c.quantity == "joint.position" and c.unit == "rad" else c for c in channels]
     for target in {c.target for c in channels if c.quantity == "part.orientation"}:
         places = {c.component: k for k, c in enumerate(channels) if c.quantity == "part.orientation" and c.target == target}
         if not all(k in places for k in "wxyz"):
