@@ -106,7 +106,7 @@ def test_csv_goes_out_and_comes_back(tmp_path):
         ("load_N,slip,drawbar_pull_N\n50,0.1,2\n", {"torque": "slip"}, "no quantity"),
         ("load_N,slip,drawbar_pull_N\n50,0.1,2\n", {"sinkage": "depth"}, "no column 'depth'"),
         ("load_N,slip,drawbar_pull_N\n50,0.1,2\n", {"drawbar_pull": "drawbar_pull_N:furlong"}, "furlong"),
-        ("", {}, "no rows"),
+        ("", {}, "is empty"),
     ],
 )
 def test_csv_that_cannot_be_used_is_a_sentence(tmp_path, text, columns, word):

@@ -9,8 +9,8 @@ import numpy as np
 
 from rille.model import BenchPoints, InputRefused, nearest_names
 from rille.model.bench import CONDITIONS, RESPONSES
+from rille.model.csv_form import csv_form
 from rille.model.quantity import to_si
-from rille.recording.reading.csv_file import csv_form
 
 QUANTITIES = CONDITIONS | RESPONSES
 ALIASES = {

@@ -1,0 +1,82 @@
+"""How a CSV file is written: delimiter, decimal sign, encoding and header, found out from its beginning."""
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from rille.model.errors import InputRefused
+
+HEAD = 1 << 16  # bytes that are looked at
+DELIMITERS = (",", ";", "\t", "|")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CsvForm:
+    """How a CSV is written. skip : lines before the first row, header included. rows : the first rows, as text."""
+
+    delimiter: str
+    decimal: str
+    encoding: str
+    skip: int
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def csv_form(path: Path) -> CsvForm:
+    """Find out how a CSV is written, from its beginning.
+
+    Lines before the header that begin with ``#`` or ``%`` are comments.
+
+    Raises
+    ------
+    InputRefused : if it is empty, binary, in UTF-16, or has no header of names.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    if not head.strip():
+        raise InputRefused(f"'{path}' is empty")
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise InputRefused(f"'{path}' is in UTF-16; save it as UTF-8")
+    if b"\0" in head:
+        raise InputRefused(f"'{path}' is no text; state its format in the manifest (format = ...), or convert it")
+    text, encoding = _decoded(head)
+    whole = len(head) < HEAD
+    lines = text.splitlines()
+    lines = lines if whole else lines[:-1] or lines
+    first = next((k for k, line in enumerate(lines) if line.strip() and line.lstrip()[:1] not in "#%"), None)
+    if first is None:
+        raise InputRefused(f"'{path}' holds comments only")
+    counts = {delimiter: lines[first].count(delimiter) for delimiter in DELIMITERS}
+    delimiter = max(counts, key=lambda d: (counts[d], -DELIMITERS.index(d)))
+    if not counts[delimiter] and len(lines) > first + 1 and lines[first].count(" ") == lines[first + 1].count(" "):
+        delimiter = " "
+    rows = tuple(
+        tuple(cell.strip() for cell in row) for row in csv.reader(io.StringIO("\n".join(lines[first:])), delimiter=delimiter) if row
+    )
+    columns = tuple(name or f"column {k + 1}" for k, name in enumerate(rows[0]))
+    if all(is_number(name) for name in rows[0]):
+        raise InputRefused(
+            f"'{path}' has no header: line {first + 1} holds numbers ({', '.join(rows[0][:3])}); write the columns' names above it"
+        )
+    decimal = "," if delimiter != "," and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[1:20] for cell in row) else "."
+    return CsvForm(delimiter=delimiter, decimal=decimal, encoding=encoding, skip=first + 1, columns=columns, rows=rows[1:])
+
+
+def _decoded(head: bytes) -> tuple[str, str]:
+    for cut in range(4):  # the last character may be cut
+        try:
+            return head[: len(head) - cut].decode("utf-8-sig"), "utf8"
+        except UnicodeDecodeError:
+            continue
+    return head.decode("latin-1"), "latin-1"
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell is a number, with a decimal point."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
