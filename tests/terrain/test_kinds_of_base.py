@@ -36,5 +36,9 @@ def test_a_hole_in_a_plane_is_a_plane():
 
 
 def test_a_slope_at_the_edge_of_a_class_has_one_colour():
-    """A plane of 10 degrees, as rounding leaves it."""
+    """A plane of 10 degrees, as rounding leaves it, that of slopes and that of heights of 3 m at 25 cm in single precision."""
     assert set(_class(10.0 + np.array([-1e-12, 0.0, 1e-12])).tolist()) == {2}
+    height = (np.arange(80) * 0.25 * np.tan(np.radians(10.0)) - 1.75).astype(np.float32).astype(float)
+    degrees = np.degrees(np.arctan((height[2:] - height[:-2]) / 0.5)).astype(np.float32)
+    assert np.abs(degrees - 10.0).max() > 1e-6
+    assert set(_class(degrees).tolist()) == {2}

@@ -22,14 +22,14 @@ def apply(
     Example: rille apply rover.db diagnosis-1 -o improved.db
     """
     from rille import __version__, store
-    from rille.cli.proposal import proposal
+    from rille.cli.proposal import makes_no_better, proposal
     from rille.diagnosis.answer.diagnosis_json import TITLES, plain, setting_of
     from rille.model import InputRefused
 
     found = store.find_finding(database, finding)
     setting = setting_of(found.setting)
     gap = (found.detail.get("proof") or {}).get("gap_closed")
-    if found.verdict == "unknown" and gap is not None and gap <= 0:
+    if makes_no_better(found.verdict, gap):
         raise InputRefused(
             f"finding '{found.name}' ({TITLES['unknown']}) makes the model no better: of the gap of what was held out it closes {gap:.0%}; "
             "nothing is applied"

@@ -56,6 +56,7 @@ def diagnose(
     Example: rille diagnose pendulum.db 'disturbed/*' --calm 'acrobot/*' --calm 'pendubot/*' -o pushes.html
     """
     from rille import store
+    from rille.cli.proposal import makes_no_better
     from rille.diagnosis.answer.diagnosis_json import diagnosis_json, diagnosis_lines
     from rille.diagnosis.diagnose import Options
     from rille.model import InputRefused
@@ -97,8 +98,8 @@ def diagnose(
         say(f"taken from an earlier run of this command: {', '.join(stages.found)} (--fresh begins anew)")
     for note in diagnosis.notes:
         say(note)
-    helps = diagnosis.verdict != "unknown" or diagnosis.proof is None or not diagnosis.proof.gap_closed <= 0  # else `apply` refuses
-    changes = helps and any(term.hypothesis.cause != "sensor" for term in diagnosis.setting)
+    gap = diagnosis.proof.gap_closed if diagnosis.proof is not None else None
+    changes = not makes_no_better(diagnosis.verdict, gap) and any(term.hypothesis.cause != "sensor" for term in diagnosis.setting)
     say(f"kept as {finding.name} in {database}" + (f"; `rille apply {database} {finding.name} -o improved.db`" if changes else ""))
     if report is not None:
         say(f"wrote {report}")

@@ -148,7 +148,7 @@ def _line(entry: "Imported") -> str:
 
 
 def _tell_findings(recordings: "Sequence[Recording]") -> None:
-    """Corrections and findings on stderr; equal ones of many recordings once."""
+    """Findings on stderr; those of one kind about one channel in the words of the first recording, with the number of others."""
     told: dict[tuple[str, str, str], list[tuple[str, GateFinding]]] = {}
     for recording in recordings:
         for finding in recording.findings:

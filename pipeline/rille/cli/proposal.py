@@ -24,6 +24,11 @@ class Proposal:
     scenario: str | None
 
 
+def makes_no_better(verdict: str, gap_closed: float | None) -> bool:
+    """Whether something without a name leaves what was held out as it was, so that it is not applied. gap_closed : None or NaN: unknown."""
+    return verdict == "unknown" and gap_closed is not None and gap_closed <= 0
+
+
 def proposal(database: Path, setting: "Setting", scenario: str) -> Proposal:
     """What ``rille apply`` does; faults of sensors and numbers of a test rig are no part of a model.
 

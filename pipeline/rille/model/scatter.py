@@ -3,10 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.model.recording import Channel
+
 Array = NDArray[np.float64]
 ORDERS = (2, 3, 4)
 UNDERSTATED = 2.0  # times a stated noise, from which on what samples plainly show counts instead
-BLOCKS, LEAST = 6, 60  # parts of a recording, and samples that each must have at least
+BLOCKS, LEAST, MOST = 6, 60, 5000  # parts of a recording, and samples of each: that it must have, and that are looked at
 PLAIN = 0.2  # relative: by which the orders 3 and 4 may differ where it is noise that they leave, and no motion
 EVEN = 1.5  # times, by which noise may differ between parts
 # The share of differences that is looked at, and its absolute bound for a normal distribution of unit width. The median would be more
@@ -35,12 +37,27 @@ def plain_noise(time: Array, value: Array) -> float:
     all of them nearly the same, which they do of no motion that comes and goes.
     """
     seen = np.isfinite(value) & np.isfinite(time)
-    parts = zip(np.array_split(time[seen], BLOCKS), np.array_split(value[seen], BLOCKS), strict=True)
-    found = [(_of_order(t, v, 3), _of_order(t, v, 4)) for t, v in parts if len(t) >= LEAST]
+    parts = [part[:MOST] for part in np.array_split(np.flatnonzero(seen), BLOCKS)]
+    found = [tuple(_of_order(time[part], value[part], order) for order in (3, 4)) for part in parts if len(part) >= LEAST]
     if len(found) < BLOCKS or any(abs(third - fourth) > PLAIN * max(third, fourth) for third, fourth in found):
         return 0.0
     noise = [min(both) for both in found]
     return float(np.median(noise)) if max(noise) < EVEN * min(noise) else 0.0
+
+
+def stated_noise(channel: Channel) -> float:
+    """1 sigma [unit] of a channel by its statement, which is that before rounding, and of rounding, resolution / sqrt(12); 0 if none is
+    stated.
+    """
+    return 0.0 if channel.noise is None else float(np.hypot(channel.noise, (channel.resolution or 0.0) / np.sqrt(12)))
+
+
+def beyond_stated(channel: Channel) -> float | None:
+    """What the samples of a channel plainly scatter by [unit], if that is more than ``UNDERSTATED`` times its stated noise; else None."""
+    if channel.noise is None:
+        return None
+    seen = plain_noise(channel.time, channel.value)
+    return seen if seen > UNDERSTATED * stated_noise(channel) else None
 
 
 def _of_order(time: Array, value: Array, order: int) -> float:

@@ -146,7 +146,7 @@ def write_material(connection: sqlite3.Connection, material: Material) -> int:
             if user is not None:
                 raise InputRefused(
                     f"material '{material.name}' has a density of {material.density:g} kg/m^3 here, and {there['density']:g} kg/m^3 in the "
-                    f"database, where the {table.replace('_', ' ')} '{user['name']}' is made of it; state the same density, or choose "
+                    f"database, where the {table} '{user['name']}' is made of it; state the same density, or choose "
                     "another name"
                 )
         update(connection, "material", f"material '{material.name}'", there["id"], row)

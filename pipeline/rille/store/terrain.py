@@ -23,7 +23,7 @@ from rille.model import (
     nearest_names,
 )
 from rille.model.polygon import soil_codes, soil_names
-from rille.store.database import insert, reading, writing
+from rille.store.database import insert, reading, update, writing
 from rille.store.rover import read_material, read_shape, read_sources, shape_columns, write_material, write_sources
 from rille.store.tiles import TILE, Slices, StoredLayer, Values, write_tiles
 
@@ -85,7 +85,7 @@ def update_terrain(
         soils = _write_matter(connection, terrain)
         before = _read_patches(connection, key)
         row = _grid_row(terrain, soils)
-        connection.execute(f"UPDATE terrain SET {', '.join(f'{c} = ?' for c in row)} WHERE id = ?", (*row.values(), key))
+        update(connection, "terrain", f"terrain '{terrain.name}'", key, row)
         held = connection.execute(
             "SELECT max(n_rows) AS n, max(row0 % ?) AS r FROM terrain_tile WHERE terrain_id = ?", (TILE, key)
         ).fetchone()

@@ -22,6 +22,8 @@ MARGIN = 1.0  # part of an interval that is shown before and after it
 WINDOW = 10.0  # [s] of two channels that are compared, unless they are slow
 MEANING = {
     "spike": "single samples far off",
+    "noise": "scatters more than stated",
+    "wrapped": "jumps by full turns",
     "missing": "no value",
     "missing_single": "single values missing",
     "not_finite": "infinite values",

@@ -74,11 +74,13 @@ def prove(
     floor = chi2_floor(held, noise)
     touched = _touched(after, setting)
     proof = Proof(
-        **asdict(_gap_of(sizes[0], sizes[1], floor)),
+        **asdict(_gap_of(*(size.sum(axis=1) for size in sizes), floor=floor)),
         floor=FLOOR,
         held_out=parts.how,
-        touched=None if touched.all() else _gap_of(_chi2(held, (), touched), _chi2(after, setting, touched), floor),
-        ablation=tuple(_without(after, setting, number, terms, sizes[0]) for number in range(len(setting) if len(setting) > 1 else 0)),
+        touched=None if touched.all() else _gap_of(*(size[:, touched].sum(axis=1) for size in sizes), floor=floor),
+        ablation=tuple(
+            _without(after, setting, number, terms, _whole(sizes[0])) for number in range(len(setting) if len(setting) > 1 else 0)
+        ),
     )
     return _with_channels(proof, rows), [*training[1], *improved]
 
@@ -110,7 +112,7 @@ def _touched(evidence: ReplayEvidence, setting: Setting) -> Mask:
 def _held_out(
     simulators: Simulators, parts: Parts, setting: Setting, on_progress: Progress, **like: Any
 ) -> tuple[ReplayEvidence, ReplayEvidence, list[Array]]:
-    """What was held out beside the base model and beside the setting, and chi-squared and degrees of both.
+    """What was held out beside the base model and beside the setting, and chi-squared and degrees of both, as of ``_chi2``.
 
     The step of the replays is as large as the recordings that were fitted allow. Where others move faster, what is left may be the step's:
     it is made smaller as long as that leaves clearly less.
@@ -122,10 +124,10 @@ def _held_out(
         held = gather(_stepping(simulators, step), parts.held_out, on_progress=on_progress, **more)
         after = held.relinearised(setting, on_progress)
         sizes = [_chi2(held, ()), _chi2(after, setting)]
-        if found is not None and not _root(sizes[1].sum(axis=1)) < LESS * _root(found[2][1].sum(axis=1)):
+        if found is not None and not _root(_whole(sizes[1])) < LESS * _root(_whole(found[2][1])):
             break
         found = held, after, sizes
-        chi2, degrees = sizes[1].sum(axis=1)
+        chi2, degrees = _whole(sizes[1])
         if chi2 < degrees + SIGNIFICANT * np.sqrt(2.0 * degrees):
             break
     assert found is not None
@@ -141,13 +143,19 @@ def _with_channels(proof: Proof, rows: Sequence[Sequence[ChannelFit]]) -> Proof:
     return replace(proof, channels=tuple(row for part in rows for row in part))
 
 
-def _chi2(evidence: ReplayEvidence, setting: Setting, channels: Mask | None = None) -> Array:
-    """(2, W) chi-squared and degrees of freedom of every window, of all channels or of those of a mask (channels,)."""
+def _chi2(evidence: ReplayEvidence, setting: Setting) -> Array:
+    """(2, channels, W) chi-squared and degrees of freedom of every channel in every window."""
     metric = Metric(evidence.window, evidence.start_gain)
     left = metric.whitened(evidence.residuals([setting]))[0]
-    counted = np.ones(len(left)) if channels is None else channels[evidence.channel].astype(float)
-    sums = [np.bincount(evidence.window, counted * of, metric.n_windows) for of in (left**2, metric.own_degrees)]
+    cell = evidence.channel * metric.n_windows + evidence.window
+    shape = len(evidence.channels), metric.n_windows
+    sums = [np.bincount(cell, of, shape[0] * shape[1]).reshape(shape) for of in (left**2, metric.own_degrees)]
     return np.stack(sums).astype(float)
+
+
+def _whole(size: Array) -> Array:
+    """(2,) sums of (2, ...) chi-squared and degrees."""
+    return size.reshape(2, -1).sum(axis=1)
 
 
 def _root(size: NDArray[Any]) -> Any:
@@ -195,10 +203,10 @@ def _interval(before: Array, after: Array) -> tuple[float, float]:
 
 
 def _without(evidence: ReplayEvidence, setting: Setting, number: int, terms: Sequence[NamedTerm], before: Array) -> tuple[str, float]:
-    """A term's title and the G that is left without it."""
+    """A term's title and the G that is left without it. before : (2,) chi-squared and degrees of the base model."""
     rest = tuple(term for k, term in enumerate(setting) if k != number)
     title = (terms[number].term if len(terms) == len(setting) else setting[number]).hypothesis.title
-    return title, float(_gap(before.sum(axis=1), _chi2(evidence, rest).sum(axis=1)))
+    return title, float(_gap(before, _whole(_chi2(evidence, rest))))
 
 
 def _fit(before: Comparison, after: Comparison, held_out: bool) -> list[ChannelFit]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import Channel, Recording
-from rille.model.scatter import UNDERSTATED, difference_noise, plain_noise
+from rille.model.scatter import beyond_stated, difference_noise, stated_noise
 
 Array = NDArray[np.float64]
 SMEARED = 0.5  # of the resolution: noise from which on rounding errors of neighbouring samples are independent
@@ -28,15 +28,14 @@ def steady_rounding(channel: Channel, noise: float) -> float:
 def noise_of(channel: Channel) -> tuple[float, str]:
     """1 sigma [unit] of a channel and where it is from: ``stated``, ``differences`` or ``resolution``.
 
-    A stated noise is that before rounding; rounding adds resolution/sqrt(12). Where samples plainly scatter by more than
-    ``UNDERSTATED`` times that, white, the statement is wrong (the gate says so), and what they show counts. A sigma of 0 means that the
+    A stated noise is that before rounding; rounding adds resolution/sqrt(12). Where samples plainly scatter by more,
+    the statement is wrong (the gate says so), and what they show counts. A sigma of 0 means that the
     channel shows no noise at all.
     """
     rounding = quantisation(channel)
     if channel.noise is not None:
-        stated = float(np.hypot(channel.noise, rounding))
-        seen = plain_noise(channel.time, channel.value)
-        return (seen, "differences") if seen > UNDERSTATED * stated else (stated, "stated")
+        seen = beyond_stated(channel)
+        return (stated_noise(channel), "stated") if seen is None else (seen, "differences")
     found = difference_noise(channel.time, channel.value)
     if found > rounding:
         return found, "differences"

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import Channel, GateFinding
-from rille.model.scatter import UNDERSTATED, plain_noise
+from rille.model.scatter import beyond_stated, stated_noise
 
 Array = NDArray[np.float64]
 
@@ -19,12 +19,10 @@ def white_noise(value: Array) -> float:
 
 def check_noise(channel: Channel) -> list[GateFinding]:
     """A warning where the samples of an observed channel plainly scatter more than its stated noise and resolution say."""
-    if channel.role != "observed" or channel.noise is None:
+    seen = beyond_stated(channel) if channel.role == "observed" else None
+    if seen is None:
         return []
-    stated = float(np.hypot(channel.noise, (channel.resolution or 0.0) / np.sqrt(12)))
-    seen = plain_noise(channel.time, channel.value)
-    if seen <= UNDERSTATED * stated:
-        return []
+    stated = stated_noise(channel)
     message = (
         f"channel '{channel.name}' scatters by {seen:.3g} {channel.unit} from sample to sample, {seen / max(stated, 1e-300):.3g} times the "
         f"{stated:.3g} {channel.unit} that are stated as its noise; state what it is: comparisons take what is seen"

@@ -13,7 +13,7 @@ from rille.view.terrain_pictures.paper import INK, RULE, SOFT
 from rille.view.terrain_pictures.raster import Samples, rgb, sample
 
 EDGES = (0, 5, 10, 15, 20, 25, 30)  # [deg] lower ends of the classes
-ROUNDING = 1e-6  # [deg]
+ROUNDING = 1e-3  # [deg] that heights in single precision make of a plane
 CLASS_COLORS = ("#f4f1e1", "#cfe0b0", "#8fc49a", "#f3c25b", "#e8853a", "#c23b3b", "#5e1742")
 OUTLINE = "#22303c"
 
