@@ -66,3 +66,17 @@ def test_a_number_of_the_model_gives_way_to_a_law_only_beyond_what_ties(monkeypa
     assert (same.verdict, same.ranked[0].title) == ("parameter", "viscous of left")
     found = after(replace(nearly, verdict="parameter"), monkeypatch, recorded((DRAG,), seconds=10, seed=5))
     assert (found.verdict, found.ranked[0].title) == ("group", "quadratic of left")
+
+
+def test_what_says_nothing_does_not_come_to_the_front_by_a_trifle(monkeypatch):
+    """Two that predict the same; the second is two nats ahead, but none of its numbers is told from absence."""
+    found = tied(VISCOUS, DRAG, **{"viscous of left": {"behind": 2.0}, "quadratic of left": {"behind": 0.0}})
+    first = found.ranked[0].terms
+    told = tuple(replace(row, terms=first) for row in found.ranked)
+    unsure = tuple(replace(term, estimates=tuple(replace(e, low=-1.0, high=1.0) for e in term.estimates)) for term in first)
+    untold = (told[0], replace(told[1], terms=unsure))
+    names = []
+    for rows in (told, untold):
+        held = recorded((DRAG,), seconds=10, seed=5)
+        names.append(after(replace(found, ranked=rows), monkeypatch, held).ranked[0].title)
+    assert names == ["quadratic of left", "viscous of left"]

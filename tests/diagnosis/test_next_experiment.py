@@ -82,7 +82,7 @@ def test_every_maneuver_is_a_scenario_that_runs(make_model, tmp_path, name):
         text = scenario_text(maneuver, machine, step=replayer.step, start=(*state[1:4], 0.0))
         file = tmp_path / f"{maneuver.name}.toml"
         file.write_text(text)
-        read = simulate.read_scenario_file(file, rover.drive_units)
+        read = simulate.read_scenario_file(file, rover)
         assert read.duration == maneuver.duration
         assert (read.placement == "on_terrain") == (name == "cart")
         assert np.asarray(read.start.position)[:2] == pytest.approx(scenario.start.position[:2], abs=0.01)

@@ -9,17 +9,20 @@ import time
 import warnings
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 import rasterio
 from rasterio.transform import from_origin
 
+from machines import chain
 from recording_files import write_bag, write_mcap
 from recording_import import manifest
 from rille import simulate, store, terrain
-from rille.model import InputRefused
+from rille.model import Drive, InputRefused, Rover
 from rille.proof.real import read_real
 from rille.recording import read_manifest
 from rille.recording.reading import open_source
@@ -119,11 +122,16 @@ def every_piece(path: Path) -> None:
             pass
 
 
-UNITS = {f"wheel_{row}_{side}": "rad/s" for row in ("front", "middle", "rear") for side in ("left", "right")} | {
-    f"steering_{row}_{side}": "rad" for row in ("front", "rear") for side in ("left", "right")
-}
+DRIVES: dict[str, Literal["speed", "position"]] = {
+    f"wheel_{row}_{side}": "speed" for row in ("front", "middle", "rear") for side in ("left", "right")
+} | {f"steering_{row}_{side}": "position" for row in ("front", "rear") for side in ("left", "right")}
+HINGE = chain([1.0], [1.0]).joints[0]
+SIX_WHEELER = Rover(
+    joints=tuple(replace(HINGE, name=name) for name in DRIVES),
+    drives=tuple(Drive(name=name, joint=name, mode=mode, max_torque=1.0) for name, mode in DRIVES.items()),
+)
 SHEETS = {
-    "scenario": ("examples/first_drive/traverse.toml", lambda path: simulate.read_scenario_file(path, UNITS)),
+    "scenario": ("examples/first_drive/traverse.toml", lambda path: simulate.read_scenario_file(path, SIX_WHEELER)),
     "scene": ("examples/terrain/composed.toml", lambda path: read_scene(path)),
     "study": ("examples/sweep/soft_ground.toml", read_study_sheet),
     "trial of a real machine": ("examples/double_pendulum/friction_trial.toml", read_real),

@@ -31,7 +31,7 @@ def model(tmp_path, rover, ground, scenario):
 def test_the_differential_holds_over_60_seconds_of_rough_ground(repository, tmp_path, rover):
     """theta_left + theta_right = 2 theta_chassis to 1e-6 rad: rounding is 1e-16, and nothing may build up in 60 000 steps."""
     ground = terrain.build(repository / "examples/terrain/composed.toml")
-    scenario = read_scenario_file(repository / "examples/first_drive/traverse.toml", rover.drive_units)
+    scenario = read_scenario_file(repository / "examples/first_drive/traverse.toml", rover)
     simulation = Simulation(str(model(tmp_path, rover, ground, scenario)))
     assert simulation.settle() == "running"
     largest, widest = 0.0, 0.0
@@ -84,7 +84,7 @@ def test_a_mirrored_drive_of_the_example_rover_is_the_mirrored_path(repository, 
 def test_the_example_rover_drives_on_the_real_lunar_dem(repository, rille_data, tmp_path, rover):
     """60 s on the Aristarchus clip: it moves, it stays on its wheels, and no wheel slips away."""
     ground = terrain.build(repository / "examples/terrain/lunar_dem.toml")
-    scenario = read_scenario_file(repository / "examples/first_drive/lunar_dem.toml", rover.drive_units)
+    scenario = read_scenario_file(repository / "examples/first_drive/lunar_dem.toml", rover)
     path = model(tmp_path, rover, ground, scenario)
     result = run(path)
     assert result.status == "done"

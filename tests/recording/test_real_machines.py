@@ -86,7 +86,8 @@ def test_the_identified_pendulum_moves_by_its_makers_equation(make_model, pendul
 def test_a_ball_falls_freely(make_model, repository):
     """z = z_0 - g t^2/2. Semi-implicit Euler or better: within g t h/2 = 15 mm of 44 m."""
     folder = repository / "examples/ball_drops"
-    simulation = Simulation(str(make_model(build(folder / "ball.toml"), read_scenario_file(folder / "fall.toml", {}))))
+    ball = build(folder / "ball.toml")
+    simulation = Simulation(str(make_model(ball, read_scenario_file(folder / "fall.toml", ball))))
     simulation.step(3000)
     assert simulation.bodies()[0, 2] == pytest.approx(48 - 9.80665 * 9 / 2, abs=0.015)
 

@@ -187,7 +187,7 @@ def test_changes_of_a_scenario_are_made_at_their_times(make_model):
 
 
 def test_a_scenario_file_changes_states(make_model, tmp_path):
-    """In either unit; a joint that does not exist is refused by name."""
+    """In any unit of its kind; a joint that does not exist is refused by name, by the sheet and by the solver."""
     sheet = tmp_path / "s.toml"
     text = """
 name = "lifted"
@@ -200,20 +200,23 @@ values = ["30 deg"]
 """
     rover = chain([1.0], [1.0])
     sheet.write_text(text.replace("JOINT", rover.joints[0].name))
-    (change,) = read_scenario_file(sheet, {}).changes
+    (change,) = read_scenario_file(sheet, rover).changes
     assert change == StateChange(
         time=0.5, quantity="joint.position", target=rover.joints[0].name, values=(pytest.approx(np.pi / 6, abs=1e-15),)
     )
-    path = make_model(rover, read_scenario_file(sheet, {}))
+    path = make_model(rover, read_scenario_file(sheet, rover))
     trace = store.read_trace(path, repeat(path, "lifted"))
     assert np.abs(trace.joints[0].position).max() == pytest.approx(
         np.pi / 6, rel=5e-3
     )  # states are stored every 20 ms: it has fallen by then
-    sheet.write_text(text.replace("JOINT", "elbow"))
-    wrong = make_model(rover, read_scenario_file(sheet, {}))
+    with_elbow = replace(read_scenario_file(sheet, rover), changes=(replace(change, target="elbow"),))
+    wrong = make_model(rover, with_elbow)
     done = subprocess.run([find_solver(), "run", str(wrong)], capture_output=True, text=True, timeout=60)
     assert done.returncode == 3
     assert "'elbow', which the model does not have" in done.stderr
-    sheet.write_text(text.replace('"30 deg"', '"30 kg"'))
+    sheet.write_text(text.replace("JOINT", "elbow"))
+    with pytest.raises(InputRefused, match="'elbow', which the model does not have"):
+        read_scenario_file(sheet, rover)
+    sheet.write_text(text.replace("JOINT", rover.joints[0].name).replace('"30 deg"', '"30 kg"'))
     with pytest.raises(InputRefused, match="30 kg"):
-        read_scenario_file(sheet, {})
+        read_scenario_file(sheet, rover)

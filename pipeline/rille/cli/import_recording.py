@@ -93,7 +93,7 @@ def _scenario(manifest: "Manifest", output: Path) -> str | None:
         return manifest.scenario
     from rille import simulate, store
 
-    scenario = simulate.read_scenario_file(manifest.scenario, store.read_rover(output).drive_units)
+    scenario = simulate.read_scenario_file(manifest.scenario, store.read_rover(output))
     store.write_scenario(output, scenario)
     return scenario.name
 

@@ -26,7 +26,7 @@ def live_scenario(database: Path, scenario: str | None, step: float | None) -> S
 
     if scenario is not None and scenario.endswith(".toml"):
         rover = store.read_rover(database)
-        sheet = simulate.read_scenario_file(Path(scenario), rover.drive_units)
+        sheet = simulate.read_scenario_file(Path(scenario), rover)
         store.write_scenario(database, sheet)
         scenario = sheet.name
     base = store.read_scenario(database, scenario)

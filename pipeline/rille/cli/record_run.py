@@ -176,7 +176,7 @@ def _stored_scenario(database: Path, scenario: str | None, rover: "Rover", force
 
     if scenario is None or not scenario.endswith(".toml"):
         return scenario
-    sheet = simulate.read_scenario_file(Path(scenario), rover.drive_units)
+    sheet = simulate.read_scenario_file(Path(scenario), rover)
     try:
         same = store.read_scenario(database, sheet.name) == replace(sheet, sources=())
     except InputRefused:

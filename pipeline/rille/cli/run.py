@@ -41,7 +41,7 @@ def run(
     name = scenario
     if scenario is not None and scenario.endswith(".toml"):
         rover = store.read_rover(database)
-        sheet = simulate.read_scenario_file(Path(scenario), rover.drive_units)
+        sheet = simulate.read_scenario_file(Path(scenario), rover)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
     with progress("simulating") as update:

@@ -101,7 +101,7 @@ def _draft(draft: Path, source: Path, sheet: "StudySheet", folder: Path, scene: 
         store.write_terrain(draft, terrain.build(file), replace=True)
     if named:
         assert sheet.scenario is not None
-        scenario = simulate.read_scenario_file(expand(sheet.scenario, folder), rover.drive_units)
+        scenario = simulate.read_scenario_file(expand(sheet.scenario, folder), rover)
     elif source.suffix == ".db":
         scenario = store.read_scenario(source, sheet.scenario)
     else:

@@ -272,3 +272,8 @@ class Rover:
         """SI unit of what a command of each drive sets: by its mode, and by whether its joint turns or slides."""
         slides = {joint.name: joint.kind == "prismatic" for joint in self.joints}
         return {drive.name: COMMAND_UNITS[drive.mode][slides[drive.joint]] for drive in self.drives}
+
+    @property
+    def joint_units(self) -> dict[str, tuple[str, str]]:
+        """SI units of position and velocity of each joint: by whether it turns or slides."""
+        return {joint.name: ("m", "m/s") if joint.kind == "prismatic" else ("rad", "rad/s") for joint in self.joints}

@@ -3,25 +3,23 @@
 import csv
 import fnmatch
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
 
 from rille import __version__
-from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, StateChange, Watch, nearest_names
+from rille.model import Command, InitialJointState, InputRefused, Pose, Rover, Scenario, StateChange, Watch, nearest_names
 from rille.model.quantity import to_si
 from rille.model.sheet import Sheet, read_sheet, source_of
 
 GRAVITY = {"moon": 1.625, "mars": 3.728, "earth": 9.80665, "none": 0.0}  # [m/s^2] mean surface gravity
 
 Number = float | int | str
+JointUnits = Mapping[str, tuple[str, str]]  # of position and velocity
 
-CHANGEABLE: dict[str, Sequence[str]] = {
-    **{"joint.position": ("rad", "m"), "joint.velocity": ("rad/s", "m/s"), "part.position": ("m",), "part.orientation": ("1",)},
-    **{"part.linear_velocity": ("m/s",), "part.angular_velocity": ("rad/s",)},
-}
+PART_UNITS = {"part.position": "m", "part.orientation": "1", "part.linear_velocity": "m/s", "part.angular_velocity": "rad/s"}
 
 
 class _Start(Sheet):
@@ -108,20 +106,20 @@ def _gravity(value: Number | list[Number]) -> tuple[float, float, float]:
     return 0.0, 0.0, -abs(surface_gravity(value))
 
 
-def read_scenario_file(path: Path, drive_units: Mapping[str, str]) -> Scenario:
+def read_scenario_file(path: Path, rover: Rover) -> Scenario:
     """Read a scenario file.
 
     Parameters
     ----------
     path : TOML file; keys are those of table ``scenario``, angles and speeds may carry units, ``drives`` takes patterns.
-    drive_units : SI unit of what a command of each of the model's drives sets (``Rover.drive_units``); patterns are expanded against the
-        names.
+    rover : whose drives and joints the scenario moves; it tells their units, and patterns are expanded against the names of its drives.
 
     Raises
     ------
-    InputRefused : with the key and its place, the nearest names of a drive, or the unit that does not fit.
+    InputRefused : with the key and its place, the nearest names of a drive or joint, or the unit that does not fit.
     """
     sheet = read_sheet(path, _ScenarioSheet)
+    drive_units, joint_units = rover.drive_units, rover.joint_units
     what = f"of scenario '{sheet.name}'"
     on_terrain = sheet.terrain is not None and sheet.start.z is None
     heading = to_si(sheet.start.heading, "angle", f"heading {what}")
@@ -149,28 +147,40 @@ def read_scenario_file(path: Path, drive_units: Mapping[str, str]) -> Scenario:
         start=Pose(position=position, rotation=(math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2))),
         start_velocity=(vx, vy, vz),
         start_angular_velocity=(wx, wy, wz),
-        initial_states=tuple(
-            InitialJointState(
-                joint=s.joint,
-                position=_in_units(s.position, ("rad", "m"), f"position of joint '{s.joint}'"),
-                velocity=_in_units(s.velocity, ("rad/s", "m/s"), f"velocity of joint '{s.joint}'"),
-            )
-            for s in sheet.initial_state
-        ),
+        initial_states=tuple(_initial_state(entry, joint_units, what) for entry in sheet.initial_state),
         commands=tuple(sorted(commands, key=lambda c: (c.time, c.drive))),
-        changes=tuple(sorted((_change(entry, what) for entry in sheet.state_change), key=lambda change: change.time)),
+        changes=tuple(sorted((_change(entry, joint_units, what) for entry in sheet.state_change), key=lambda change: change.time)),
         watches=tuple(_watch(entry, sheet.name, drive_units) for entry in sheet.watch),
         sources=(source_of(path, f"scenario {sheet.name}", f"rille {__version__}"),),
     )
 
 
-def _change(entry: _StateChange, what: str) -> StateChange:
-    """Values of joints in either unit, of the root in its own."""
+def _initial_state(entry: _InitialState, joint_units: JointUnits, what: str) -> InitialJointState:
+    position, velocity = _units_of(entry.joint, joint_units, f"an initial_state {what}")
+    return InitialJointState(
+        joint=entry.joint,
+        position=to_si(entry.position, position, f"position of joint '{entry.joint}'"),
+        velocity=to_si(entry.velocity, velocity, f"velocity of joint '{entry.joint}'"),
+    )
+
+
+def _change(entry: _StateChange, joint_units: JointUnits, what: str) -> StateChange:
+    """Values of a joint in the unit of its kind, of the root in its own."""
     subject = f"{entry.quantity} of '{entry.target}' in a state_change {what}"
-    values = tuple(_in_units(value, CHANGEABLE[entry.quantity], subject) for value in entry.values)
+    if entry.quantity in PART_UNITS:
+        unit = PART_UNITS[entry.quantity]
+    else:
+        unit = _units_of(entry.target, joint_units, f"a state_change {what}")[entry.quantity == "joint.velocity"]
+    values = tuple(to_si(value, unit, subject) for value in entry.values)
     return StateChange(
         time=to_si(entry.time, "time", f"time of a state_change {what}"), quantity=entry.quantity, target=entry.target, values=values
     )
+
+
+def _units_of(joint: str, joint_units: JointUnits, what: str) -> tuple[str, str]:
+    if joint not in joint_units:
+        raise InputRefused(f"{what} names the joint '{joint}', which the model does not have; {nearest_names(joint, joint_units)}")
+    return joint_units[joint]
 
 
 def _watch(entry: _Watch, scenario: str, drive_units: Mapping[str, str]) -> Watch:
@@ -255,14 +265,3 @@ def _cell(text: str, what: str) -> float | None:
     if not math.isfinite(number):
         raise InputRefused(f"{what} is '{text.strip()}', which is no number")
     return number
-
-
-def _in_units(value: Number, units: Sequence[str], what: str) -> float:
-    """SI number of a value that may have one of several dimensions (a joint turns or slides)."""
-    refusals = []
-    for unit in units:
-        try:
-            return to_si(value, unit, what)
-        except InputRefused as refusal:
-            refusals.append(refusal)
-    raise refusals[0]

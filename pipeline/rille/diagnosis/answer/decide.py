@@ -16,6 +16,7 @@ from rille.diagnosis.evidence.floor import chi2_floor
 from rille.diagnosis.evidence.held_out import Parts
 from rille.diagnosis.evidence.replay_evidence import gather
 from rille.diagnosis.inference.confound import TIED
+from rille.diagnosis.inference.fit import is_told
 from rille.diagnosis.inference.found import Found
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.weights import calibration
@@ -51,14 +52,14 @@ def decided(simulators: Simulators, parts: Parts, found: Found, *, noise: Mappin
 
 
 def _reordered(found: Found, members: Sequence[int], settings: Sequence[Setting], behind: Array, told: Array) -> Found:
-    """The answer with the member first that is least ``behind`` (m,) [nats] in all. A law stands before a number of the model, and a
-    wider law before what it contains (probability 0 in the fitted part), only if it is more than ``TIED`` ahead. told (m,) : of the
-    held-out part.
+    """The answer with the member first that is least ``behind`` (m,) [nats] in all. Only if it is more than ``TIED`` ahead does a law stand
+    before a number of the model, a wider law before what it contains (probability 0 in the fitted part), or one with all numbers open
+    before one that says something. told (m,) : of the held-out part.
     """
     rows = [found.ranked[k] for k in members]
     wider = np.array([row.probability == 0 for row in rows])
-    price = np.array([TIED if row.cause != "parameter" and rows[0].cause == "parameter" else 0.0 for row in rows])
-    first = int(np.argmin(behind + np.where(wider, TIED, price)))
+    dear = [(row.cause != "parameter" and rows[0].cause == "parameter") or _is_open(row) for row in rows]
+    first = int(np.argmin(behind + np.where(wider | np.array(dear), TIED, 0.0)))
     wider[first] = False
     weights = _weights(rows, np.where(wider, np.inf, behind))
     rows = [replace(row, probability=float(p)) for row, p in zip(rows, weights, strict=True)]
@@ -80,6 +81,12 @@ def _reordered(found: Found, members: Sequence[int], settings: Sequence[Setting]
         return found  # the toss of a coin is not worth a word
     note = DECIDED.format(first=rows[first].title, second=rows[0].title, nats=nats)
     return replace(found, notes=(*found.notes, note))
+
+
+def _is_open(row: RankedHypothesis) -> bool:
+    """Whether it leaves numbers open, and the recordings tell none of them."""
+    told = [is_told(n, e) for one in row.terms for n, e in zip(one.term.hypothesis.free, one.estimates, strict=True)]
+    return bool(told) and not any(told)
 
 
 def _weights(rows: Sequence[RankedHypothesis], behind: Array) -> Array:

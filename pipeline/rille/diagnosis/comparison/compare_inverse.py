@@ -12,6 +12,7 @@ from rille.diagnosis.starts.kinematic_smoother import LocalMotion, Series, smoot
 from rille.diagnosis.starts.noise_floor import noise_of
 from rille.diagnosis.starts.start_states import series_of
 from rille.diagnosis.starts.state_coordinates import N_ROOT, Coordinate, coordinates_of
+from rille.diagnosis.starts.steady_turns import with_steady_turns
 from rille.model import InputRefused
 from rille.model.comparison import ComparedChannel, CompareWindow, Comparison, Regimes
 from rille.model.recording import Channel, Recording
@@ -46,7 +47,7 @@ def compare_inverse(
         raise InputRefused(
             f"inverse dynamics needs a mechanism that the world holds, but '{simulator.root}' is free; compare forward, in windows, instead"
         )
-    fit = [c for c in recording.with_role("observed") if not why_unfit(c, recording)]
+    fit = [c for c in with_steady_turns(recording.with_role("observed")) if not why_unfit(c, recording)]
     coordinates = coordinates_of("", simulator.joints, simulator.ratios)
     series = {c.name: series_of(c, [(channel, noise_of(channel)[0]) for channel in fit], "", simulator.joints) for c in coordinates}
     missing = [name for name, found in series.items() if not any(s.order == 0 for s in found)]

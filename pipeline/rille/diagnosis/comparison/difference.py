@@ -17,6 +17,7 @@ from rille.model.difference import ChannelDifference, Difference, RunDifference,
 from rille.model.recording import QUANTITIES
 
 Kind = Literal["joint", "part", "wheel", "drive"]
+PLAIN = 2.0  # [noise] RMS beyond which what does not differ is no noise, but what the noise is too small for
 
 
 def find_difference(comparisons: Sequence[Comparison]) -> Difference:
@@ -138,6 +139,11 @@ def _sentence(rows: Sequence[ChannelDifference], targets: Sequence[TargetDiffere
         size = np.sqrt(np.mean([row.normalised**2 for row in known]))
         some = sum(window.differs for window in windows)
         beyond = f"; {some} of {len(windows)} windows exceed it all the same, the worst is number {windows[0].number}" if some else ""
+        if size > PLAIN:
+            return (
+                f"nothing is missing that could be told: what is left in {len(known)} channels, {size:.3g} times a noise that is next to "
+                f"none, is within what their instants and rounding leave open{beyond}"
+            )
         return f"nothing is missing: the residuals of all {len(known)} channels are white at the noise (RMS / noise {size:.2f}){beyond}"
     worst = differing[0]
     target = next(target for target in targets if target.differs)

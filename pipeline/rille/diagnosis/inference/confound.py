@@ -15,6 +15,7 @@ from rille.model.recording import Channel
 TIED = 3.0  # [nats] differences below this never count
 ALIKE = 0.95  # correlation of what two change, beyond which twice the usual errors are needed to tell them apart
 LITTLE = 0.3  # of what a law changes: a number that may do more than this within its interval is not needless
+NOTHING = 1e-6  # of the end of its interval: a lower bound that is reached is zero
 SAME = 0.99  # correlation beyond which an additional number changes nothing
 
 
@@ -123,8 +124,12 @@ def why_it_loses(
         worst = int(np.argmax(lost))
         sizes = [float(np.sqrt(scores.channel_chi2[k, worst] / max(scores.channel_count[worst], 1.0))) for k in (i, best)]
         words += f", most of it on {channels[worst].name} ({sizes[0]:.2f} noise left instead of {sizes[1]:.2f})"
-    stuck = [e for e in numbers if e.at_bound]
-    return words + (f"; it would need {stuck[0].name} beyond its bound {stuck[0].value:g} {stuck[0].unit}" if stuck else "")
+    stuck = next((e for e in numbers if e.at_bound), None)
+    if stuck is None:
+        return words
+    at_nothing = stuck.at_bound == "lower" and abs(stuck.value) < NOTHING * abs(stuck.high)
+    beyond = "below zero" if at_nothing else f"beyond its bound {stuck.value:g} {stuck.unit}"
+    return f"{words}; it would need {stuck.name} {beyond}"
 
 
 def _behind(scores: Scores, best: int, i: int) -> str:

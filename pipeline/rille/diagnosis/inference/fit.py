@@ -17,7 +17,7 @@ from rille.diagnosis.inference.bounded_squares import bounded_minimum
 from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together
 from rille.diagnosis.inference.unknowns import Unknown, coordinates, setting_at, unknowns_of
 from rille.model.diagnosis import Estimate
-from rille.model.hypothesis import Setting
+from rille.model.hypothesis import FreeNumber, Setting
 
 ITERATIONS = 10
 # Lengths and dampings (Marquardt 1963) of a step that are tried together, one row after the other until one helps.
@@ -31,6 +31,7 @@ ERRORS = 2.0  # [standard errors] of a number, for its derivative once they are 
 LOUD = 0.3  # of the residuals: a trial change that does more than this tells no derivative
 DEAF = 1e-6  # chi-squared of one that does nothing, and is tried larger as long as the fit goes on
 AT_BOUND = 1e-6  # [spread] from a bound
+OPEN = 10.0  # ratio of the bounds of a number that is looked for over decades, beyond which it is open
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -215,6 +216,18 @@ def estimates(fitted: Fitted, edges: Whole) -> tuple[tuple[Estimate, ...], ...]:
                                          at_bound="" if number.search == "phase" else bound,
                                          conditioning=float(np.sqrt(max(0.0, 1.0 - 1.0 / told))) if told > 1 else 0.0))  # fmt: skip
     return tuple(tuple(one) for one in found)
+
+
+def is_told(number: FreeNumber, estimate: Estimate) -> bool:
+    """Whether the recordings tell a number: an amplitude from its absence, one of decades within a factor ``OPEN``, another within what is
+    usual.
+    """
+    low, high = estimate.low, estimate.high
+    if number.amplitude:
+        return not low <= number.absent <= high
+    if number.search == "scale":
+        return low > 0 and high < OPEN * low
+    return high - low < max(number.spread, 0.0) or number.search == "order"
 
 
 def _limited(unknown: Unknown, coordinate: float) -> float:

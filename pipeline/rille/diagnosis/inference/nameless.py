@@ -26,13 +26,14 @@ from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.formulas import TargetKind, sharper
 from rille.diagnosis.hypotheses.natural import Natural
 from rille.diagnosis.inference.confound import TIED
+from rille.diagnosis.inference.fit import is_told
 from rille.diagnosis.inference.found import Found, with_doubt
 from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.moments import is_momentary
 from rille.diagnosis.inference.unknown import Progress, Unknown, find_unknown, share_explained
 from rille.diagnosis.inference.weights import calibration
-from rille.model.diagnosis import Estimate, NamedTerm
-from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
+from rille.model.diagnosis import NamedTerm
+from rille.model.hypothesis import Hypothesis, Setting
 from rille.model.machine import Machine
 from rille.model.recording import Channel
 
@@ -43,7 +44,6 @@ WORTH_A_WORD = 0.15  # the same, from which on it is told
 STANDS = 0.5  # the same, above which the law stands instead
 SHARPER = 0.1  # of the speed over which its sign changes: dry friction of a machine turns round faster than a screen needs
 BEHIND = 0.2  # share of what is beyond the noise, that a law explains less than the answer, from which on other starts cannot help it
-OPEN = 10.0  # ratio of the bounds of a number that is looked for over decades, beyond which it is open
 INSTEAD = (
     "{answer} would explain it, too, but a law without a name at {place}, {formula}, does {well}: it only acts like what is missing, or is "
     "not alone"
@@ -188,13 +188,4 @@ def _told(named: NamedTerm) -> int:
     free = named.term.hypothesis.free
     if is_momentary(named.term.hypothesis):
         return len(free)
-    return max(1, sum(_is_told(number, estimate) for number, estimate in zip(free, named.estimates, strict=True)))
-
-
-def _is_told(number: FreeNumber, estimate: Estimate) -> bool:
-    low, high = estimate.low, estimate.high
-    if number.amplitude:
-        return not low <= number.absent <= high
-    if number.search == "scale":
-        return low > 0 and high < OPEN * low
-    return high - low < max(number.spread, 0.0) or number.search == "order"
+    return max(1, sum(is_told(number, estimate) for number, estimate in zip(free, named.estimates, strict=True)))

@@ -19,6 +19,7 @@ from rille.diagnosis.starts.kinematic_smoother import Series
 from rille.diagnosis.starts.noise_floor import noise_of
 from rille.diagnosis.starts.start_states import series_of
 from rille.diagnosis.starts.state_coordinates import N_ROOT, Coordinate, coordinates_of
+from rille.diagnosis.starts.steady_turns import with_steady_turns
 from rille.model import InputRefused
 from rille.model.recording import Recording
 
@@ -76,7 +77,8 @@ def residual_effort(
         raise InputRefused(
             f"residual efforts need a mechanism that the world holds, but '{simulator.root}' is free; look for pushes on its parts instead"
         )
-    fit = [(channel, noise_of(channel)[0]) for channel in recording.with_role("observed") if not why_unfit(channel, recording)]
+    observed = with_steady_turns(recording.with_role("observed"))
+    fit = [(channel, noise_of(channel)[0]) for channel in observed if not why_unfit(channel, recording)]
     coordinates = coordinates_of("", simulator.joints, simulator.ratios)
     series = [series_of(c, fit, "", simulator.joints) for c in coordinates]
     missing = [c.name for c, found in zip(coordinates, series, strict=True) if not any(s.order == 0 for s in found)]
