@@ -62,9 +62,12 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
         from rille import store
 
         return _of_terrain(store.read_terrain(ground, name, heights=False), update)
+    from rille.terrain.ground_metres import check_metres
     from rille.terrain.raster import open_raster
 
     raster = open_raster(ground)
+    (n_rows, n_cols), (east, north), (along_x, along_y) = raster.shape, raster.corner, raster.posting
+    check_metres(raster, east + along_x * (n_cols - 1) / 2, north - along_y * (n_rows - 1) / 2)
     surface = _Windows(raster.shape, raster.read)
     return statistics.measure(ground.name, surface, *raster.posting, progress=update)
 

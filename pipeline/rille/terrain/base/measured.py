@@ -20,6 +20,7 @@ from rille.terrain.base.means import HALO, REACH, MeanSurface, coefficient_latti
 from rille.terrain.base.sheet import BaseSheet
 from rille.terrain.dem import relative_to_data
 from rille.terrain.grid import Grid, Window, place_of
+from rille.terrain.ground_metres import check_metres
 from rille.terrain.raster import Raster, open_raster
 
 Array = NDArray[np.float64]
@@ -35,8 +36,8 @@ def measured(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
 
     Raises
     ------
-    InputRefused : for what :func:`open_raster` refuses, a region beyond the file, missing heights that are not to be filled, or detail
-        that has no room or no law.
+    InputRefused : for what :func:`open_raster` refuses, a projection whose metre is none on the ground there, a region beyond the file,
+        missing heights that are not to be filled, or detail that has no room or no law.
     """
     if sheet.file is None:
         raise InputRefused("the base is a dem and needs `file`")
@@ -47,6 +48,8 @@ def measured(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
     corner = raster.corner[0] - origin[0], raster.corner[1] - origin[1]
     grid = _grid(sheet, raster, corner)
     known = _needed(grid, raster, corner)
+    middle = grid.x_west + (grid.n_cols - 1) * grid.posting_x / 2, grid.y_north - (grid.n_rows - 1) * grid.posting_y / 2
+    check_metres(raster, origin[0] + middle[0], origin[1] + middle[1])
     as_means = (sheet.values or ("means" if sheet.detail else "points")) == "means"
     values, marks = cells(raster, *known, halo=HALO + REACH if as_means else 0, fill=sheet.fill_holes)
     zero = _zero(values, corner, raster, grid)
