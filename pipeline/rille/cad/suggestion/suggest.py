@@ -177,7 +177,18 @@ class _Judge:
             if wheel.confidence >= THRESHOLD:
                 c.found.append(("wheel", f"carries a wheel of diameter {mm(2 * wheel.symmetry.rim_radius)} on its axis"))
                 c.point = wheel.center
+                self._tell_of_axle(wheel)
             c.wheel = wheel
+
+    def _tell_of_axle(self, wheel: Wheel) -> None:
+        """A joint has one wheel; others that are fixed to its axle are told."""
+        path = self.assembly.instances[wheel.instance].path
+        for other in self.wheels.on_its_axle(wheel):
+            there = self.assembly.instances[other.instance].path
+            self.notes.append(
+                f"{there} turns on one axle with {path}: a joint has one wheel, so {there} touches no ground; give it a body, a joint and "
+                "a wheel of its own, and couple both joints by a [[gear]] with ratio = 1"
+            )
 
     # --- what the joints say about each other
 

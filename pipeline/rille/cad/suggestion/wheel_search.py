@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from rille.cad.suggestion.wording import mm
 
 Array = NDArray[np.float64]
 
+ALIKE = 0.01  # relative: radii of wheels that are meant to be the same
 _WHEEL = re.compile(r"wheel|tyre|tire|rad(?![a-z])|rim(?![a-z])|roue", re.IGNORECASE)
 
 
@@ -43,6 +45,29 @@ class WheelSearch:
     def find(self, group: int, holder: int, line: Line, radius: float) -> Wheel | None:
         """The wheel of a group that is hinged to ``holder`` on a line by a shaft of some radius [m]; None if it has none."""
         best: Wheel | None = None
+        for one in self._round_parts(group, line):
+            if best is None or one.symmetry.radius > best.symmetry.radius:
+                best = one
+        if (
+            best is None
+            or best.symmetry.rim_radius < max(1.5 * radius, 0.02 * self.g.size)
+            or best.symmetry.width > 3 * best.symmetry.radius
+        ):
+            return None
+        return best if self._is_free(best, holder) else None
+
+    def on_its_axle(self, wheel: Wheel) -> list[Wheel]:
+        """Other parts of a wheel's group that are as large and far along its axis: wheels that are fixed to one axle with it."""
+        line = Line(point=wheel.center, axis=wheel.axis)
+        return [
+            one
+            for one in self._round_parts(wheel.group, line)
+            if abs(one.symmetry.radius - wheel.symmetry.radius) < ALIKE * wheel.symmetry.radius
+            and float(np.linalg.norm(one.center - wheel.center)) > 2 * wheel.symmetry.radius
+        ]
+
+    def _round_parts(self, group: int, line: Line) -> Iterator[Wheel]:
+        """Parts of a group that are round about a line and balanced."""
         for instance in sorted({self.g.bodies[i].instance for i in self.g.members[group] if self.g.bodies[i].size > SMALL * self.g.size}):
             placed = self.assembly.instances[instance]
             prototype = self.assembly.prototypes[placed.prototype]
@@ -56,15 +81,7 @@ class WheelSearch:
             axis = placed.matrix[:3, :3] @ symmetry.axis
             if np.linalg.norm(np.cross(axis, line.axis)) > 5e-3 or line.distance(center) > 5 * COAXIAL:
                 continue
-            if best is None or symmetry.radius > best.symmetry.radius:
-                best = Wheel(group=group, instance=instance, symmetry=symmetry, center=center, axis=positive(axis), evidence=[])
-        if (
-            best is None
-            or best.symmetry.rim_radius < max(1.5 * radius, 0.02 * self.g.size)
-            or best.symmetry.width > 3 * best.symmetry.radius
-        ):
-            return None
-        return best if self._is_free(best, holder) else None
+            yield Wheel(group=group, instance=instance, symmetry=symmetry, center=center, axis=positive(axis), evidence=[])
 
     def _symmetry(self, prototype: int) -> RotationalSymmetry | None:
         if prototype not in self.symmetries:
@@ -107,7 +124,7 @@ class WheelSearch:
         kind = "a body of revolution" if s.order == 0 else f"{s.order}-fold symmetric" if s.order > 1 else "round outside"
         wheel.evidence.append(f"{kind} about the hinge axis, rim {mm(2 * s.rim_radius)} x {mm(s.width)}, free to touch a ground")
         weights = [0.3]
-        twins = [w for w in others if abs(w.symmetry.radius - s.radius) < 0.01 * s.radius and abs(abs(w.axis @ wheel.axis) - 1) < 0.01]
+        twins = [w for w in others if abs(w.symmetry.radius - s.radius) < ALIKE * s.radius and abs(abs(w.axis @ wheel.axis) - 1) < 0.01]
         if len(twins) > 1:
             wheel.evidence.append(f"{len(twins)} of this size have parallel axes")
             weights.append(0.4 if len(twins) < 4 else 0.55)
