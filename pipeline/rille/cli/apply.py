@@ -1,6 +1,7 @@
 """``rille apply``: the improved model of a diagnosis, as a new database."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -62,5 +63,5 @@ def apply(
     if faults:
         say(f"faults of sensors are no part of the model and stay in the recordings: {', '.join(faults)}; the fit is as promised once the "
             "manifest corrects them and the recordings are imported again")  # fmt: skip
-    shown = (found.held_out or found.recordings)[:1]
-    say(f"wrote {output}, the model of {database} with {found.name}; see its fit: `rille compare {' '.join([str(output), *shown])}`")
+    shown = " ".join(map(quote, (str(output), *(found.held_out or found.recordings)[:1])))
+    say(f"wrote {output}, the model of {database} with {found.name}; see its fit: `rille compare {shown}`")

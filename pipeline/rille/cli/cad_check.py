@@ -40,6 +40,8 @@ def check(
     if samples < 0:
         raise InputRefused(f"--samples is {samples}; give 0 or more (--no-interference looks at none)")
     limit = to_si(time_limit, "time", "--time-limit")
+    if limit <= 0:
+        raise InputRefused(f"--time-limit is {limit:g} s; give a time above 0 (--no-interference looks at none)")
     budget = None if mass is None else to_si(mass, "mass", "--mass")
     if budget is not None and budget <= 0:
         raise InputRefused(f"--mass is {budget:g} kg; the budget must be above 0")

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import typer
@@ -73,7 +74,7 @@ def new(
         _print_found(found)
     for sentence in (*assembly.notes, *found.notes):
         say(f"note: {sentence}")
-    say(f"{sheet}: read it, edit it, set `accepted = true`, then: rille cad build {sheet}")
+    say(f"{sheet}: read it, edit it, set `accepted = true`, then: rille cad build {quote(str(sheet))}")
     _tell_picture(picture, notes)
 
 
@@ -90,7 +91,7 @@ def _new_for_urdf(file: Path, sheet: Path, as_json: bool) -> None:
         print_json({"sheet": str(sheet), "bodies": len(rover.bodies), "wheels": [asdict(wheel) for wheel in wheels]})
     for wheel in wheels if not as_json else ():
         print(f"wheel on {wheel.joint}: radius {1e3 * wheel.radius:.2f} mm, width {1e3 * wheel.width:.2f} mm ({wheel.evidence})")
-    say(f"{sheet}: read it, edit it, set `accepted = true`, then: rille cad build {sheet}")
+    say(f"{sheet}: read it, edit it, set `accepted = true`, then: rille cad build {quote(str(sheet))}")
 
 
 def _print_found(found: Any) -> None:

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -113,7 +114,7 @@ def use(
     if as_json:
         print_json({"sheet": str(sheet), "part": found.name, "mass_kg": found.properties.mass, "digest": found.brep_hash})
         return
-    say(f"{sheet}: [[place]] of '{found.name}' added; `rille cad build {sheet}` uses it")
+    say(f"{sheet}: [[place]] of '{found.name}' added; `rille cad build {quote(str(sheet))}` uses it")
 
 
 def _three(text: str, kind: str, option: str) -> str:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -100,7 +101,10 @@ def diagnose(
         say(note)
     gap = diagnosis.proof.gap_closed if diagnosis.proof is not None else None
     changes = not makes_no_better(diagnosis.verdict, gap) and any(term.hypothesis.cause != "sensor" for term in diagnosis.setting)
-    say(f"kept as {finding.name} in {database}" + (f"; `rille apply {database} {finding.name} -o improved.db`" if changes else ""))
+    say(
+        f"kept as {finding.name} in {database}"
+        + (f"; `rille apply {quote(str(database))} {quote(finding.name)} -o improved.db`" if changes else "")
+    )
     if report is not None:
         say(f"wrote {report}")
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -60,7 +61,7 @@ def import_recording(
     for entry in done[:20]:
         print(_line(entry))
     if len(done) > 20:
-        print(f"... and {len(done) - 20} more recordings (`rille record list {output}`)")
+        print(f"... and {len(done) - 20} more recordings (`rille record list {quote(str(output))}`)")
     _tell_findings([entry.recording for entry in done])
 
 

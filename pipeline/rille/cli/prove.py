@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -89,7 +90,7 @@ def run(
         print_json({"ledger": folder / LEDGER, **{name: value for name, value in numbers.items() if name != "scores"}})
     else:
         print((folder / "table.md").read_text(encoding="utf-8"), end="")
-    say(f"wrote {folder}/ledger.db, table.md, table.json, report.html; check it: rille prove verify {folder}/ledger.db")
+    say(f"wrote {folder}/ledger.db, table.md, table.json, report.html; check it: rille prove verify {quote(str(folder / 'ledger.db'))}")
 
 
 @app.command("verify")

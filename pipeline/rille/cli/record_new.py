@@ -1,6 +1,7 @@
 """``rille record new``, ``list`` and ``remove``: draft a manifest, and what recordings a database holds."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -76,7 +77,7 @@ def list_recordings(database: Database, as_json: Json = False) -> None:
     if cut:
         say(f"interrupted while it was imported (import again to go on, or remove): {', '.join(cut[:5])}")
     if not rows and not cut:
-        say(f"'{database}' holds no recordings; import one: `rille import manifest.toml -o {database}`")
+        say(f"'{database}' holds no recordings; import one: `rille import manifest.toml -o {quote(str(database))}`")
     width = max((len(str(row["name"])) for row in rows), default=0)
     for row in rows:
         spans = [clock for clock in row["clocks"] if clock["samples"]]

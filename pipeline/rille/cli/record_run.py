@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -225,4 +226,5 @@ def _report(
     for row in rows:
         ends = f"{row['least']:12.5g} {row['largest']:12.5g}" if "least" in row else f"{'':12s} {'':12s}"
         print(f"{row['name']:{width}s}  {row['samples']:8d} {row['missing']:8d} {ends}  {row['unit']}")
-    say(f"{taken.reached:g} s of scenario '{recording.scenario}' are in {output}; import them: rille import {manifest} -o {database}")
+    bring = f"rille import {quote(str(manifest))} -o {quote(str(database))}"
+    say(f"{taken.reached:g} s of scenario '{recording.scenario}' are in {output}; import them: {bring}")

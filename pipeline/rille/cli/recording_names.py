@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
+from shlex import quote
 
 MEANT = "default: all; 'acrobot', like 'acrobot/*', stands for all parts of a split."
 
@@ -17,7 +18,7 @@ def chosen_recordings(known: Sequence[str], wanted: Sequence[str] | None, databa
     from rille.model import InputRefused, nearest_names
 
     if not known:
-        raise InputRefused(f"'{database}' holds no recording; bring one in: `rille import MANIFEST.toml -o {database}`")
+        raise InputRefused(f"'{database}' holds no recording; bring one in: `rille import MANIFEST.toml -o {quote(str(database))}`")
     chosen: dict[str, None] = {}
     for name in wanted or known:
         fitting = [name] if name in known else [other for other in known if other.startswith(f"{name}/") or fnmatchcase(other, name)]

@@ -48,6 +48,8 @@ def replay(
     """
     from rille.model import InputRefused
 
+    if side and against is None:
+        raise InputRefused("--side needs --against: name the run or the recording that is to stand beside")
     targets = out or [database.with_name(f"{database.stem}-run-{_latest(database, run)}{PAGE}")]
     for target in targets:
         if target.suffix.lower() not in (PAGE, ANIMATION, STILL, *FILMS):

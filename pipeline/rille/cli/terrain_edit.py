@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -79,7 +80,11 @@ def new(
 
     extent = None if size is None else _pair(size, "size", "--size '80 m,60 m'")
     new_scene(scene, name=name, base=base.value, size=extent, posting=posting, dem=dem, soil=soil)
-    _tell({"scene": str(scene), "done": ["new"]}, f"wrote {scene}; next: rille terrain place {scene} crater --set diameter=6m", as_json)
+    _tell(
+        {"scene": str(scene), "done": ["new"]},
+        f"wrote {scene}; next: rille terrain place {quote(str(scene))} crater --set diameter=6m",
+        as_json,
+    )
     _draw(scene, picture)
 
 

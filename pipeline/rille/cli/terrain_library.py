@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -230,7 +231,7 @@ def _tell(kept: "Kept", what: str, notes: tuple[str, ...], as_json: bool) -> Non
     say(f"{'replaced' if kept.replaced else 'registered'} '{form.name}' in {kept.file}")
     for driver in form.drivers:
         say(f"    {driver.name}: {range_text(driver)}; {_default(driver)}; {driver.meaning}")
-    say(f"look at it: rille terrain show {form.name} -o {form.name}.png")
+    say(f"look at it: rille terrain show {quote(form.name)} -o {quote(form.name + '.png')}")
 
 
 def _taken() -> dict[str, Any]:

@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any, Literal
 
 from pydantic import Field
@@ -103,7 +104,7 @@ def read_manifest(path: Path) -> Manifest:
     """
     path = Path(path)
     if not path.is_file():
-        raise InputRefused(f"there is no manifest '{path}'; draft one from a recording: `rille record new FILE -o {path}`")
+        raise InputRefused(f"there is no manifest '{path}'; draft one from a recording: `rille record new FILE -o {quote(str(path))}`")
     try:
         text = path.read_text(encoding="utf-8")
         content = tomllib.loads(text)

@@ -6,6 +6,7 @@ import sqlite3
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any, Literal
 
 import numpy as np
@@ -408,7 +409,7 @@ def read_terrain(path: Path, name: str | None = None, *, heights: bool = True) -
 def _find(connection: sqlite3.Connection, path: Path, name: str | None) -> sqlite3.Row:
     rows = {r["name"]: r for r in connection.execute("SELECT * FROM terrain ORDER BY id")}
     if not rows:
-        raise InputRefused(f"'{path}' has no terrain; add one: `rille terrain build SCENE.toml -o {path}`")
+        raise InputRefused(f"'{path}' has no terrain; add one: `rille terrain build SCENE.toml -o {quote(str(path))}`")
     if name is None and len(rows) > 1:
         raise InputRefused(f"'{path}' has several terrains; name one, {nearest_names('', rows)}")
     if name is not None and name not in rows:
