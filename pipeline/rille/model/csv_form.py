@@ -3,18 +3,23 @@
 import csv
 import io
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from rille.model.errors import InputRefused
+from rille.model.quantity import is_unit
 
 HEAD = 1 << 16  # bytes that are looked at
 DELIMITERS = (",", ";", "\t", "|")
+NO_UNIT = ("", "-", "1", "[-]", "[1]", "[]", "(-)")  # in a line of units
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CsvForm:
-    """How a CSV is written. skip : lines before the first row, header included. rows : the first rows, as text."""
+    """How a CSV is written. skip : lines before the first row, header included. columns : names; where a line of units stands below them,
+    with their unit in brackets. rows : the first rows, as text.
+    """
 
     delimiter: str
     decimal: str
@@ -60,8 +65,22 @@ def csv_form(path: Path) -> CsvForm:
         raise InputRefused(
             f"'{path}' has no header: line {first + 1} holds numbers ({', '.join(rows[0][:3])}); write the columns' names above it"
         )
+    units = _units(rows[1:])
+    if units is not None:
+        columns = tuple(f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in zip(columns, units, strict=True))
+        first, rows = first + 1, rows[1:]
     decimal = "," if delimiter != "," and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[1:20] for cell in row) else "."
     return CsvForm(delimiter=delimiter, decimal=decimal, encoding=encoding, skip=first + 1, columns=columns, rows=rows[1:])
+
+
+def _units(rows: Sequence[Sequence[str]]) -> tuple[str, ...] | None:
+    """Units in the first of the rows, "" of what has none; None if that row is no line of units above numbers."""
+    if len(rows) < 2 or len(rows[0]) != len(rows[1]):
+        return None
+    units = tuple("" if cell in NO_UNIT else cell.strip("[]() ") for cell in rows[0])
+    told = [k for k, unit in enumerate(units) if unit]
+    below = [rows[1][k].replace(",", ".") for k in told]
+    return units if told and all(is_unit(units[k]) for k in told) and all(is_number(cell) for cell in below) else None
 
 
 def _decoded(head: bytes) -> tuple[str, str]:

@@ -122,3 +122,17 @@ def _converted(number: float, given: str, kind: str, text: str, what: str) -> fl
         meant = "an angle: a grade of 30 % is 16.7 deg" if unit == "rad" else "a turning speed: 1 turn/s is 6.28 rad/s"
         raise InputRefused(f'{what} is "{text}", which is no unit of {meant}; write deg, rad or turn')
     return converted
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit: "deg/s", "N m"."""
+    import pint
+
+    match = NUMBER_AND_UNIT.fullmatch(f"1 {text}")
+    if match is None or not match["unit"] or match["unit"] == "1":
+        return False
+    try:
+        unit_registry().parse_units(match["unit"])
+    except (pint.PintError, ValueError, TypeError, AttributeError, ArithmeticError, SyntaxError):
+        return False
+    return True

@@ -1,0 +1,66 @@
+"""How a CSV is written is found out: a line of units below the names belongs to the header, a first row of data does not."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rille import store
+from rille.model.csv_form import csv_form
+from rille.simulate.bench_file import read_bench_csv
+
+
+def form_of(tmp_path, text):
+    path = tmp_path / "t.csv"
+    path.write_text(text, encoding="utf-8")
+    return csv_form(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "columns"),
+    [
+        ("time,angle,rate\ns,deg,deg/s\n0,1,2\n", ("time [s]", "angle [deg]", "rate [deg/s]")),
+        ("Zeit;Winkel\n[s];[°]\n0,0;1,5\n", ("Zeit [s]", "Winkel [°]")),
+        ("time,slip,torque [N m]\n(s),-,N m\n0,0.1,2\n", ("time [s]", "slip", "torque [N m]")),
+    ],
+)
+def test_a_line_of_units_names_the_units(tmp_path, text, columns):
+    form = form_of(tmp_path, text)
+    assert form.columns == columns
+    assert (form.skip, len(form.rows)) == (2, 1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time,angle\n0,1\n1,2\n",
+        "wheel,slip\nleft,0.1\nright,0.2\n",  # labels
+        "phase,note\ng,m\nm,s\n",  # no numbers below
+        "time,angle\nNA,NA\n0.1,2\n",  # missing values
+    ],
+)
+def test_a_row_of_data_is_none(tmp_path, text):
+    form = form_of(tmp_path, text)
+    assert form.skip == 1
+    assert form.columns == tuple(text.splitlines()[0].split(","))
+
+
+def test_a_bench_is_read_in_the_units_of_that_line(tmp_path):
+    path = tmp_path / "b.csv"
+    path.write_text("load,slip,sinkage,drawbar_pull\nkN,-,mm,N\n0.03,0.1,4,1\n0.03,0.2,5,2\n", encoding="utf-8")
+    points = read_bench_csv(path)
+    assert points.load == pytest.approx([30, 30])
+    assert points.sinkage == pytest.approx([0.004, 0.005])
+
+
+def test_a_recording_is_drafted_and_read_in_them(tmp_path):
+    """50 samples, 10 ms apart, of up to 6 degrees."""
+    (tmp_path / "r.csv").write_text("time,angle\nms,deg\n" + "".join(f"{10 * k},{k % 7}\n" for k in range(50)), encoding="utf-8")
+    rille = str(Path(sys.executable).parent / "rille")
+    for command in (["record", "new", "r.csv", "-o", "r.toml"], ["import", "r.toml", "-o", "r.db"]):
+        subprocess.run([rille, *command], check=True, capture_output=True, timeout=120, cwd=tmp_path)
+    (channel,) = store.read_recording(tmp_path / "r.db", "r").channels
+    assert channel.time == pytest.approx(np.arange(50) / 100, abs=1e-12)
+    assert channel.value.max() == pytest.approx(np.radians(6), abs=1e-12)
