@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.files.assembly import Assembly, PlacedPart, Prototype
+from rille.cad.files.doubles import doubles
 from rille.cad.files.step_text import check_numbers, check_placements, check_step_file, drawn_solids, external_files, is_utf8, states_length
 from rille.cad.geometry import MM
 from rille.model import InputRefused, Material
@@ -111,7 +112,8 @@ def read_document(
         open_ = sum(p.volume.n_open for p in reader.prototypes)
         why = f"{open_} solids, none of them closed" if open_ else "no solid"
         raise InputRefused(f"'{path}' has {why}, so nothing in it has a mass; export closed solids, not surfaces")
-    return Assembly(file=path, prototypes=tuple(reader.prototypes), instances=tuple(reader.instances), notes=tuple(reader.notes))
+    told = (*reader.notes, *doubles(reader.prototypes, reader.instances))
+    return Assembly(file=path, prototypes=tuple(reader.prototypes), instances=tuple(reader.instances), notes=told)
 
 
 def _load(path: Path, say: Progress, notes: list[str], face_names: bool) -> Any:
