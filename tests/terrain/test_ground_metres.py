@@ -27,8 +27,8 @@ def ground(tmp_path, crs, corner):
 @pytest.mark.parametrize(
     ("crs", "corner", "meridian", "parallel"),
     [
-        ("EPSG:3857", (1e6, MERCATOR_60), "2 times", "2 times"),  # k = 1/cos(60 deg), Snyder 1987 eq. 7-3
-        (MOON.format("eqc"), (0.0, np.radians(45) * 1737400), "1 times", "1.41 times"),  # h = 1, k = 1/cos(45 deg), eq. 12-1
+        ("EPSG:3857", (1e6, MERCATOR_60), "2 times", "2 times"),  # k = 1/cos(60 deg), Snyder 1987 ch. 7
+        (MOON.format("eqc"), (0.0, np.radians(45) * 1737400), "1 times", "1.41 times"),  # h = 1, k = 1/cos(45 deg), ch. 12
     ],
 )
 def test_maps_that_stretch_are_refused_with_their_scale(tmp_path, crs, corner, meridian, parallel):

@@ -80,7 +80,7 @@ def _units(rows: Sequence[Sequence[str]]) -> tuple[str, ...] | None:
     units = tuple("" if cell in NO_UNIT else cell.strip("[]() ") for cell in rows[0])
     told = [k for k, unit in enumerate(units) if unit]
     below = [rows[1][k].replace(",", ".") for k in told]
-    return units if told and all(is_unit(units[k]) for k in told) and all(is_number(cell) for cell in below) else None
+    return units if told and all(is_number(cell) for cell in below) and all(is_unit(units[k]) for k in told) else None
 
 
 def _decoded(head: bytes) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """Whether a metre of a map is a metre on the ground: the scale of a projection where the ground is taken from.
 
 Mercator doubles all distances at 60 degrees and halves all slopes; equirectangular maps stretch them along parallels by 1/cos(latitude)
-(Snyder 1987, Map projections: a working manual, USGS Professional Paper 1395, eq. 4-1 to 4-3).
+(Snyder 1987, Map projections: a working manual, USGS Professional Paper 1395, ch. 4).
 """
 
 import numpy as np

@@ -44,10 +44,7 @@ class WheelSearch:
 
     def find(self, group: int, holder: int, line: Line, radius: float) -> Wheel | None:
         """The wheel of a group that is hinged to ``holder`` on a line by a shaft of some radius [m]; None if it has none."""
-        best: Wheel | None = None
-        for one in self._round_parts(group, line):
-            if best is None or one.symmetry.radius > best.symmetry.radius:
-                best = one
+        best = max(self._round_parts(group, line), key=lambda one: one.symmetry.radius, default=None)
         if (
             best is None
             or best.symmetry.rim_radius < max(1.5 * radius, 0.02 * self.g.size)
