@@ -69,7 +69,7 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
     for column, text in (where or {}).items():
         if column not in header:
             raise InputRefused(f"'{path}' has no column '{column}'; {nearest_names(column, header)}")
-        rows = [row for row in rows if (row.get(column) or "").strip() == text]
+        rows = {line: row for line, row in rows.items() if (row.get(column) or "").strip() == text}
     if not rows:
         raise InputRefused(f"no row of '{path}' has {', '.join(f'{c} = {t}' for c, t in (where or {}).items())}")
     chosen = guess_columns(header) | dict(columns or {})
@@ -89,23 +89,25 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
     points = BenchPoints(**values)
     bad = ~np.isfinite(points.load) | ~np.isfinite(points.slip_ratio) | ~np.isfinite(points.slip_angle)
     if bad.any():
-        raise InputRefused(f"row {int(np.argmax(bad)) + 2} of '{path}' has no load, slip ratio or slip angle; remove it")
+        raise InputRefused(f"line {list(rows)[int(np.argmax(bad))]} of '{path}' has no load, slip ratio or slip angle; remove it")
     outside = np.abs(points.slip_ratio) > 1.02
     if outside.any():
         k = int(np.argmax(outside))
+        line = list(rows)[k]
         raise InputRefused(
-            f"slip ratio in row {k + 2} of '{path}' is {points.slip_ratio[k]:g}; it must lie in -1 to 1 (percent? name it slip_pct)"
+            f"slip ratio in line {line} of '{path}' is {points.slip_ratio[k]:g}; it must lie in -1 to 1 (percent? name it slip_pct)"
         )
     return BenchPoints(**{q: (np.clip(values[q], -1, 1) if q == "slip_ratio" else values[q]) for q in QUANTITIES})
 
 
-def _rows(path: Path) -> tuple[list[str], list[dict], str]:
-    """Header, rows and decimal sign, however the file is written (as ``rille import`` reads it)."""
+def _rows(path: Path) -> tuple[list[str], dict[int, dict], str]:
+    """Header, rows by their line in the file, and decimal sign, however the file is written (as ``rille import`` reads it)."""
     try:
         form = csv_form(path)
         with path.open(newline="", encoding="utf-8-sig" if form.encoding == "utf8" else form.encoding) as file:
             lines = file.read().splitlines()[form.skip :]
-        rows = [dict(zip(form.columns, row, strict=False)) for row in csv.reader(lines, delimiter=form.delimiter) if row]
+        reader = csv.reader(lines, delimiter=form.delimiter)
+        rows = dict((form.skip + reader.line_num, dict(zip(form.columns, row, strict=False))) for row in reader if row)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputRefused(f"'{path}' cannot be read as CSV: {error}") from error
     if not rows:
@@ -113,7 +115,7 @@ def _rows(path: Path) -> tuple[list[str], list[dict], str]:
     return list(form.columns), rows, form.decimal
 
 
-def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path: Path, decimal: str) -> np.ndarray:
+def _column(rows: Mapping[int, dict], header: list[str], quantity: str, spec: str, path: Path, decimal: str) -> np.ndarray:
     name, _, unit = spec.partition(":")
     sign = -1.0 if name.startswith("-") and name not in header else 1.0
     name = name if name in header else name.removeprefix("-")
@@ -125,14 +127,14 @@ def _column(rows: list[dict], header: list[str], quantity: str, spec: str, path:
     unit = unit or _unit(name, quantity)
     factor = to_si(f"1 {unit}", _si(quantity), f"column '{name}' of '{path}'")
     numbers = np.full(len(rows), np.nan)
-    for k, row in enumerate(rows):
+    for k, (line, row) in enumerate(rows.items()):
         text = (row.get(name) or "").strip()
         if not text or text.lower() in ("nan", "na", "-"):
             continue
         try:
             numbers[k] = sign * factor * float(text.replace(decimal, "."))
         except ValueError:
-            raise InputRefused(f"row {k + 2} of '{path}' has '{text}' in column '{name}', which is no number") from None
+            raise InputRefused(f"line {line} of '{path}' has '{text}' in column '{name}', which is no number") from None
     return numbers
 
 
