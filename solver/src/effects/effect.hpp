@@ -21,7 +21,7 @@ namespace rille {
 // A wheel on soil, before and after its stresses are integrated.
 struct WheelSite {
   const Wheel* wheel = nullptr;
-  double time = 0;                                     // [s]
+  double time = 0;                                     // [s] at the step's beginning; below zero while the mechanism settles
   double angle = 0;                                    // [rad] of the wheel's joint
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  // [m] of the contact in W
   double travel_speed = 0;                             // [m/s] v of the centre along the heading
@@ -57,7 +57,7 @@ SoilReaction react_with(const WheelEffects& effects, WheelSoilLaw law, WheelSite
 // ---------------------------------------------------------------- joints and drives
 
 struct JointMotion {
-  double time = 0;          // [s]
+  double time = 0;          // [s] at the step's beginning; below zero while the mechanism settles
   double step = 0;          // [s] that its efforts act from then on
   double position = 0;      // [rad or m]
   double velocity = 0;      // [rad/s or m/s]
@@ -94,7 +94,7 @@ using JointEffects = std::vector<std::unique_ptr<JointEffect>>;
 // ---------------------------------------------------------------- bodies
 
 struct BodyMotion {
-  double time = 0;                                              // [s]
+  double time = 0;                                              // [s] as of a joint
   double mass = 0;                                              // [kg]
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();            // [m/s^2] in W
   Eigen::Vector3d com = Eigen::Vector3d::Zero();                // [m] in W

@@ -2,6 +2,7 @@
 //   joint: joint.effort;  wheel: wheel.normal_load, wheel.drawbar_pull, wheel.side_force, wheel.drive_torque;
 //   body: part.force_x ... part.torque_z in W.   value = gain x formula(state variables, constants)
 // Signs as in table wheel_state: side_force and drive_torque count against the motion. The formula's dimension is checked (formula.hpp).
+// While the mechanism settles, its time is 0.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -28,7 +29,9 @@ class JointExpression final : public JointEffect {
  public:
   JointExpression(const EffectRow& row, bool slides)
       : gain_(row.parameter("gain")), formula_(row.formula, slides ? kSlide : kJoint, row.constants, slides ? "N" : "N m") {}
-  double effort(const JointMotion& m) const override { return gain_ * formula_({m.time, m.position, m.velocity, m.drive_effort}); }
+  double effort(const JointMotion& m) const override {
+    return gain_ * formula_({std::max(m.time, 0.0), m.position, m.velocity, m.drive_effort});
+  }
   bool depends_on_velocity() const override { return true; }
 
  private:
@@ -41,7 +44,7 @@ class WheelExpression final : public WheelEffect {
   WheelExpression(const EffectRow& row, const std::string& unit)
       : gain_(row.parameter("gain")), output_(row.output), formula_(row.formula, kWheel, row.constants, unit) {}
   void after(const WheelSite& s, SoilReaction& reaction) const override {
-    const double value = gain_ * formula_({s.time, s.angle, s.position.x(), s.position.y(), s.sinkage, s.slip.ratio,
+    const double value = gain_ * formula_({std::max(s.time, 0.0), s.angle, s.position.x(), s.position.y(), s.sinkage, s.slip.ratio,
                                            std::atan2(s.lateral_speed, std::abs(s.travel_speed)), s.travel_speed, s.rim_speed,
                                            s.lateral_speed, reaction.normal_load, s.wheel->radius, s.wheel->width});
     if (output_ == "wheel.normal_load") reaction.normal_load += value;
@@ -65,7 +68,7 @@ class BodyExpression final : public BodyEffect {
       : gain_(row.parameter("gain")), torque_(torque), axis_(axis), formula_(row.formula, kBody, row.constants, torque ? "N m" : "N") {}
   void push(const BodyMotion& b, double h, std::vector<BodyForce>& forces) const override {
     const auto value = [&](const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
-      return gain_ * formula_({b.time, b.mass, b.com.x(), b.com.y(), b.com.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z()});
+      return gain_ * formula_({std::max(b.time, 0.0), b.mass, b.com.x(), b.com.y(), b.com.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z()});
     };
     const Eigen::Vector3d axis = Eigen::Vector3d::Unit(axis_);
     const double now = value(b.velocity, b.angular_velocity);

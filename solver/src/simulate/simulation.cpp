@@ -191,7 +191,8 @@ void Simulation::open_joint_effects(double h) {
     if (effects_->joints[j].empty()) continue;
     const int joint = static_cast<int>(j);
     const int dof = mechanism_.dof_of(joint);
-    JointMotion motion{.time = time(), .step = h, .position = mechanism_.joint_position(joint), .velocity = mechanism_.joint_velocity(joint)};
+    JointMotion motion{.time = time_of_effects(), .step = h, .position = mechanism_.joint_position(joint),
+                       .velocity = mechanism_.joint_velocity(joint)};
     if (drive_of_joint_[j] >= 0) motion.drive_effort = drives_[at(drive_of_joint_[j])].effort();
     JointFriction friction;
     const auto open = [&](double weight) -> Row& {
@@ -300,7 +301,7 @@ void Simulation::open_closure_rows(double h) {
 
 BodyMotion Simulation::motion_of(std::size_t body) const {
   const int b = static_cast<int>(body);
-  return {.time = time(), .mass = model_->rover.bodies[body].mass, .gravity = model_->scenario.gravity, .com = mechanism_.com(b),
+  return {.time = time_of_effects(), .mass = model_->rover.bodies[body].mass, .gravity = model_->scenario.gravity, .com = mechanism_.com(b),
           .velocity = mechanism_.com_velocity(b), .angular_velocity = mechanism_.angular_velocity(b)};
 }
 
@@ -322,15 +323,19 @@ void Simulation::open_body_effects(double h) {
   }
 }
 
+std::string Simulation::when() const {
+  return holding_ ? fmt::format("{:.3f} s into settling", time()) : fmt::format("at t = {:.3f} s", time());
+}
+
 Outcome Simulation::fail(Outcome outcome, std::string message) {
   outcome_ = outcome;
   message_ = std::move(message);
-  events_.push_back({time(), word(outcome), "", message_});
+  events_.push_back({event_time(), word(outcome), "", message_});
   return outcome_;
 }
 
 void Simulation::note(const char* kind, const std::string& subject, std::string message) {
-  events_.push_back({time(), kind, subject, std::move(message)});
+  events_.push_back({event_time(), kind, subject, std::move(message)});
 }
 
 bool Simulation::solve_rows(const VectorXd& v_free) {
@@ -396,18 +401,18 @@ Outcome Simulation::advance(bool hold, bool report) {
   rigid_->find(mechanism_, h);
   bool on_soil = false;
   for (std::size_t w = 0; w < contacts_.size(); ++w) {
-    const ContactStatus status = contacts_[w].open_rows(mechanism_, time(), h, rows_, *rigid_, ruts_.get());
+    const ContactStatus status = contacts_[w].open_rows(mechanism_, time_of_effects(), h, rows_, *rigid_, ruts_.get());
     const WheelState& state = contacts_[w].state();
     if (status == ContactStatus::off_terrain)
       return fail(Outcome::left_terrain,
-                  fmt::format("at t = {:.3f} s wheel '{}' left terrain '{}' or reached a missing height at x = {:.2f} m, y = {:.2f} m; use a larger "
+                  fmt::format("{} wheel '{}' left terrain '{}' or reached a missing height at x = {:.2f} m, y = {:.2f} m; use a larger "
                               "terrain or a shorter drive",
-                              time(), rover.wheels[w].name, model_->terrain->name, state.center.x(), state.center.y()));
+                              when(), rover.wheels[w].name, model_->terrain->name, state.center.x(), state.center.y()));
     if (status == ContactStatus::buried)
       return fail(Outcome::wheel_buried,
-                  fmt::format("at t = {:.3f} s wheel '{}' sank past its axle at x = {:.2f} m, y = {:.2f} m; the soil is too "
+                  fmt::format("{} wheel '{}' sank past its axle at x = {:.2f} m, y = {:.2f} m; the soil is too "
                               "soft for its load, or the step of {:g} s too large",
-                              time(), rover.wheels[w].name, state.center.x(), state.center.y(), h));
+                              when(), rover.wheels[w].name, state.center.x(), state.center.y(), h));
     on_soil = on_soil || status == ContactStatus::on_soil;
   }
   const bool touching = rigid_->open_rows(mechanism_, h, rows_);
@@ -420,7 +425,7 @@ Outcome Simulation::advance(bool hold, bool report) {
     mechanism_.advance_rk4(h, effort_);
   } else if (!(only_effects && scenario.integrator != Integrator::semi_implicit_euler ? split_step(h) : semi_implicit_step(h))) {
     return fail(Outcome::diverged,
-                fmt::format("at t = {:.3f} s the constraint rows found no solution; try a smaller step than {:g} s", time(), h));
+                fmt::format("{} the constraint rows found no solution; try a smaller step than {:g} s", when(), h));
   }
   const VectorXd& after = mechanism_.velocity();
   if (report && after.allFinite()) reactions_ = mechanism_.reactions(before, (after - before) / h, rows_, solver_.impulse(), h);
@@ -441,8 +446,8 @@ Outcome Simulation::advance(bool hold, bool report) {
     std::string where = "the root body";
     for (std::size_t j = 0; j < rover.joints.size(); ++j)
       if (mechanism_.dof_of(static_cast<int>(j)) == worst) where = "joint '" + rover.joints[j].name + "'";
-    return fail(Outcome::diverged, fmt::format("at t = {:.3f} s the speed of {} grew to {:g}; try a smaller step than {:g} s",
-                                               time(), where, after[worst], h));
+    return fail(Outcome::diverged, fmt::format("{} the speed of {} grew to {:g}; try a smaller step than {:g} s",
+                                               when(), where, after[worst], h));
   }
   if (!hold) look(h);
   return outcome_;
@@ -459,7 +464,7 @@ void Simulation::start_accounts() {
 void Simulation::account(double h, const VectorXd& before, const VectorXd& after) {
   const Rover& rover = model_->rover;
   const auto& impulse = solver_.impulse();
-  const double now = holding_ ? 0 : time();
+  const double now = event_time();
   if (!holding_) {
     // Exact for an impulse: the kinetic energy changes by the impulse times the mean of the speeds before and after.
     for (int i = 0; i < rows_.size(); ++i)
@@ -476,8 +481,8 @@ void Simulation::account(double h, const VectorXd& before, const VectorXd& after
     drive.close_rows(rows_, impulse, h, before[dof], after[dof], !holding_);
     if (saturated_for < kSaturationTime && drive.saturated_for() >= kSaturationTime)
       note("drive_saturated", drive.drive().name,
-           fmt::format("drive '{}' was at its largest effort of {:g} for {:g} s until t = {:.3f} s", drive.drive().name,
-                       drive.drive().max_torque, kSaturationTime, time()));
+           fmt::format("{} drive '{}' had been at its largest effort of {:g} for {:g} s", when(), drive.drive().name,
+                       drive.drive().max_torque, kSaturationTime));
   }
   for (LimitState& state : limits_) {
     if (state.row < 0) continue;
@@ -486,8 +491,8 @@ void Simulation::account(double h, const VectorXd& before, const VectorXd& after
     const Joint& joint = rover.joints[at(state.joint)];
     if (touching && !state.touching)
       note("limit_reached", joint.name,
-           fmt::format("joint '{}' reached its {} limit of {:g} at t = {:.3f} s", joint.name, state.at_upper ? "upper" : "lower",
-                       state.at_upper ? joint.limit->upper : joint.limit->lower, time()));
+           fmt::format("joint '{}' reached its {} limit of {:g} {}", joint.name, state.at_upper ? "upper" : "lower",
+                       state.at_upper ? joint.limit->upper : joint.limit->lower, when()));
     state.touching = touching;
   }
 }

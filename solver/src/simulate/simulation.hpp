@@ -117,6 +117,10 @@ class Simulation {
   bool sticks() const;  // whether dry friction holds a joint in the last solution
   bool split_step(double h);
   bool semi_implicit_step(double h);
+  // Settling comes before t = 0: events carry 0 and say how far it was, and effects see that no time of theirs has come.
+  double event_time() const { return holding_ ? 0 : time(); }
+  double time_of_effects() const { return holding_ ? -model_->scenario.step : time(); }
+  std::string when() const;
   Outcome fail(Outcome outcome, std::string message);
   void note(const char* kind, const std::string& subject, std::string message);
   void start_accounts();

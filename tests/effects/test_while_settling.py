@@ -1,0 +1,46 @@
+"""Coming to rest lies before t = 0: what has a time does not act in it, and what happens in it is not told as if it were later."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from effect_rigs import flywheel, free_space, sample
+from rille._solver import Simulation
+from rille.model import Effect, JointLimit
+
+DAMPED = Effect(kind="viscous_friction", target="hub", parameters={"coefficient": 20.0})
+RAMP = {"formula": "k*time", "output": "joint.effort", "target_kind": "joint", "constants": {"k": [40.0, "N m/s"]}, "gain": 1.0}
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        Effect(kind="joint_pulse", target="hub", parameters={"torque": 3.0, "start": 0.05, "duration": 0.2}),
+        Effect(kind="joint_pulse", target="hub", parameters={"torque": 3.0, "start": 0.0, "duration": 0.2}),
+        Effect(kind="external_pulse", target="disc", parameters={"torque_y": 3.0, "start": 0.0, "duration": 0.2}),
+        Effect(kind="expression", target="hub", parameters=RAMP),
+    ],
+)
+def test_what_has_a_time_waits_for_it(make_model, law):
+    """A wheel at rest settles at once: the run is, to the bit, that without settling."""
+    runs = []
+    for most in (0.0, 2.0):
+        path = make_model(flywheel(2.0), replace(free_space(), settle_time=most), None, [DAMPED, law])
+        runs.append(sample(path, 400, ("joint.position", "hub"), ("joint.velocity", "hub")))
+    assert np.abs(runs[0]).max() > 1e-3
+    assert np.array_equal(*runs)
+
+
+def test_what_happened_before_is_told_as_such(make_model):
+    """A pendulum that hung at an angle falls onto its limit, and lies there when t = 0 comes."""
+    hinge = flywheel(2.0, offset=0.3)
+    rover = replace(hinge, joints=(replace(hinge.joints[0], limit=JointLimit(lower=-0.2, upper=0.2)),))
+    path = make_model(rover, free_space(gravity=(0.0, 0.0, -9.8), settle_time=5.0), None, [DAMPED])
+    simulation = Simulation(str(path))
+    assert simulation.settle() == "running"
+    times, kinds, subjects, messages = zip(*simulation.events(), strict=True)
+    assert times == (0.0, 0.0)
+    assert kinds == ("limit_reached", "settled")
+    assert subjects == ("hub", "")
+    assert messages[0].endswith("s into settling")
