@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from effect_rigs import flywheel, free_space, sample
+from effect_rigs import commanded, flywheel, free_space, sample
 from rille._solver import Simulation
 from rille.model import Effect, JointLimit
 
@@ -14,19 +14,22 @@ RAMP = {"formula": "k*time", "output": "joint.effort", "target_kind": "joint", "
 
 
 @pytest.mark.parametrize(
-    "law",
+    ("mode", "law"),
     [
-        Effect(kind="joint_pulse", target="hub", parameters={"torque": 3.0, "start": 0.05, "duration": 0.2}),
-        Effect(kind="joint_pulse", target="hub", parameters={"torque": 3.0, "start": 0.0, "duration": 0.2}),
-        Effect(kind="external_pulse", target="disc", parameters={"torque_y": 3.0, "start": 0.0, "duration": 0.2}),
-        Effect(kind="expression", target="hub", parameters=RAMP),
+        (None, Effect(kind="joint_pulse", target="hub", parameters={"torque": 3.0, "start": 0.05, "duration": 0.2})),
+        (None, Effect(kind="joint_pulse", target="hub", parameters={"torque": 3.0, "start": 0.0, "duration": 0.2})),
+        (None, Effect(kind="external_pulse", target="disc", parameters={"torque_y": 3.0, "start": 0.0, "duration": 0.2})),
+        (None, Effect(kind="expression", target="hub", parameters=RAMP)),
+        ("speed", Effect(kind="motor_lag", parameters={"time_constant": 0.1})),
+        ("torque", Effect(kind="motor_lag", parameters={"time_constant": 0.1})),
     ],
 )
-def test_what_has_a_time_waits_for_it(make_model, law):
-    """A wheel at rest settles at once: the run is, to the bit, that without settling."""
+def test_what_has_a_time_waits_for_it(make_model, mode, law):
+    """A wheel at rest settles at once: the run is, to the bit, that without settling. A motor hears its command at t = 0."""
+    scenario = free_space() if mode is None else commanded(1.5)
     runs = []
     for most in (0.0, 2.0):
-        path = make_model(flywheel(2.0), replace(free_space(), settle_time=most), None, [DAMPED, law])
+        path = make_model(flywheel(2.0, mode), replace(scenario, settle_time=most), None, [DAMPED, law])
         runs.append(sample(path, 400, ("joint.position", "hub"), ("joint.velocity", "hub")))
     assert np.abs(runs[0]).max() > 1e-3
     assert np.array_equal(*runs)

@@ -41,8 +41,8 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
   given_effort_ = 0;
   value_ = mean_set_value_;
   // Exact for a command that is constant over the step. An effort acts by its mean, and so does a speed, so that the way is right; a position
-  // counts where it ends.
-  if (line_.lag > 0) {
+  // counts where it ends. A drive that is held does not hear its command yet.
+  if (line_.lag > 0 && (!hold || drive_->mode == DriveMode::position)) {
     if (!lag_started_ && drive_->mode == DriveMode::position) lagged_ = set_value_;
     lag_started_ = true;
     const double nearer = -std::expm1(-h / line_.lag), ahead = mean_set_value_ - lagged_;
