@@ -31,7 +31,10 @@ class StateChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InitialJointState:
-    """Position [rad or m] and velocity [rad/s or m/s] of a joint at t = 0."""
+    """Position [rad or m] and velocity [rad/s or m/s] of a joint at t = 0.
+
+    Joints that have none start at 0, but what differentials and gears tie to this one follows, and joints of its loop move until it closes.
+    """
 
     joint: str
     position: float = 0.0

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "model/error.hpp"
 #include "model/named.hpp"
@@ -14,7 +16,13 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kLongest = 1e6;  // [m, rad or per second] no state is beyond
+constexpr double kLongest = 1e6;     // [m, rad or per second] no state is beyond
+constexpr double kAgree = 1e-3;      // [rad, m or per second] by which joints that are both named may contradict their coupling
+constexpr double kClosed = 1e-9;     // [m or m/s] a loop that is open by no more is closed
+constexpr double kOpen = 1e-3;       // [m] one that is open by more is refused: rows would tear it shut
+constexpr double kSameRow = 1e-9;    // [-] of the largest: pivots below are rows that repeat others, as those of flat loops do
+constexpr double kLargestTurn = 0.3; // [rad or m] in a round, so that a loop stays on its side of a stretched position
+constexpr int kMostRounds = 50;
 
 bool of_joint(const StateChange& change) { return change.quantity.starts_with("joint."); }
 
@@ -31,22 +39,107 @@ int root_of(const Rover& rover) {
   return static_cast<int>(std::find(carried.begin(), carried.end(), false) - carried.begin());
 }
 
+struct Tied {
+  int joint;
+  double factor;  // its position is that of the first joint times this
+};
+
+// The joint itself, and what differentials and gears tie to it.
+std::vector<Tied> tied_to(const Rover& rover, int joint) {
+  std::vector<Tied> found = {{joint, 1.0}};
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const auto [from, factor] = found[k];
+    const auto reach = [&](int other, double ratio) {
+      if (std::none_of(found.begin(), found.end(), [&](const Tied& tied) { return tied.joint == other; })) found.push_back({other, factor * ratio});
+    };
+    for (const Differential& differential : rover.differentials) {
+      const auto axis = [&](int j) { return rover.joints[static_cast<std::size_t>(j)].axis; };
+      const double ratio = axis(differential.joint_a).dot(axis(differential.joint_b)) > 0 ? -1 : 1;
+      if (differential.joint_a == from) reach(differential.joint_b, ratio);
+      if (differential.joint_b == from) reach(differential.joint_a, ratio);
+    }
+    for (const Gear& gear : rover.gears) {
+      if (gear.joint_a == from) reach(gear.joint_b, gear.ratio);
+      if (gear.joint_b == from) reach(gear.joint_a, 1 / gear.ratio);
+    }
+  }
+  return found;
+}
+
+struct Loops {
+  RowSet rows;          // three a loop: the velocity of its two points against each other
+  Eigen::VectorXd gap;  // [m] (3 loops)
+};
+
+// Loops to the world of what moves freely are left out: where its root stands decides about them.
+Loops look_at_loops(const Mechanism& mechanism, const Rover& rover) {
+  mechanism.update_kinematics();
+  Loops loops;
+  std::vector<double> gap;
+  for (const LoopClosure& closure : rover.loop_closures) {
+    if (closure.body_b < 0 && !mechanism.held_by_world()) continue;
+    const Vector3d a = mechanism.to_world(closure.body_a, closure.point);
+    const Vector3d b = closure.body_b < 0 ? closure.point : mechanism.to_world(closure.body_b, closure.point);
+    for (int axis = 0; axis < 3; ++axis) {
+      loops.rows.open(RowKind::coupling);
+      mechanism.add_relative_jacobian(closure.body_a, closure.body_b, a, b, Vector3d::Unit(axis), loops.rows);
+      gap.push_back((a - b)[axis]);
+    }
+  }
+  loops.gap = Eigen::Map<const Eigen::VectorXd>(gap.data(), static_cast<Eigen::Index>(gap.size()));
+  return loops;
+}
+
+// Moves joints that are not held until loops close (Gauss-Newton, least change), and turns their speeds to what loops allow. Joints in
+// couplings stay. Returns the largest gap [m] that is left along an axis.
+double close_loops(Mechanism& mechanism, const Rover& rover, const std::vector<bool>& held) {
+  Loops loops = look_at_loops(mechanism, rover);
+  if (loops.gap.size() == 0) return 0;
+  std::vector<int> moved;
+  for (std::size_t j = 0; j < rover.joints.size(); ++j)
+    if (!held[j] && rover.joints[j].has_one_freedom() && tied_to(rover, static_cast<int>(j)).size() == 1) moved.push_back(static_cast<int>(j));
+  // Changes of the moved joints, by the least of them, that change the rows by -error.
+  const auto least_change = [&](const Eigen::VectorXd& error) -> Eigen::VectorXd {
+    Eigen::MatrixXd jacobian(error.size(), static_cast<Eigen::Index>(moved.size()));
+    for (Eigen::Index c = 0; c < jacobian.cols(); ++c) {
+      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(mechanism.dofs(), mechanism.dof_of(moved[static_cast<std::size_t>(c)]));
+      for (Eigen::Index r = 0; r < jacobian.rows(); ++r) jacobian(r, c) = loops.rows.dot(loops.rows[static_cast<int>(r)], unit);
+    }
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+    decomposition.setThreshold(kSameRow);
+    decomposition.compute(jacobian);
+    return decomposition.solve(-error);
+  };
+  const auto shift = [&](const Eigen::VectorXd& position, const Eigen::VectorXd& velocity) {
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+      const auto row = static_cast<Eigen::Index>(k);
+      mechanism.set_joint(moved[k], mechanism.joint_position(moved[k]) + position[row], mechanism.joint_velocity(moved[k]) + velocity[row]);
+    }
+  };
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(moved.size()));
+  for (int round = 0; round < kMostRounds && !moved.empty() && loops.gap.cwiseAbs().maxCoeff() > kClosed; ++round) {
+    Eigen::VectorXd change = least_change(loops.gap);
+    const double largest = change.cwiseAbs().maxCoeff();
+    if (largest > kLargestTurn) change *= kLargestTurn / largest;
+    shift(change, none);
+    loops = look_at_loops(mechanism, rover);
+  }
+  Eigen::VectorXd opening(loops.gap.size());  // [m/s]
+  for (Eigen::Index r = 0; r < opening.size(); ++r) opening[r] = loops.rows.dot(loops.rows[static_cast<int>(r)], mechanism.velocity());
+  if (!moved.empty() && opening.cwiseAbs().maxCoeff() > kClosed) shift(none, least_change(opening));
+  return loops.gap.cwiseAbs().maxCoeff();
+}
+
 void put_joint(Mechanism& mechanism, const Rover& rover, int joint, const std::string& quantity, double value) {
   const bool position = quantity == "joint.position";
-  const auto put = [&](int j, double v) {
-    mechanism.set_joint(j, position ? v : mechanism.joint_position(j), position ? mechanism.joint_velocity(j) : v);
-  };
-  put(joint, value);
-  for (const Differential& differential : rover.differentials) {
-    const auto axis = [&](int j) { return rover.joints[static_cast<std::size_t>(j)].axis; };
-    const double ratio = axis(differential.joint_a).dot(axis(differential.joint_b)) > 0 ? -1 : 1;
-    if (differential.joint_a == joint) put(differential.joint_b, ratio * value);
-    if (differential.joint_b == joint) put(differential.joint_a, ratio * value);
+  std::vector<bool> held(rover.joints.size(), false);
+  for (const auto& [j, factor] : tied_to(rover, joint)) {
+    mechanism.set_joint(j, position ? factor * value : mechanism.joint_position(j), position ? mechanism.joint_velocity(j) : factor * value);
+    held[static_cast<std::size_t>(j)] = true;
   }
-  for (const Gear& gear : rover.gears) {
-    if (gear.joint_a == joint) put(gear.joint_b, gear.ratio * value);
-    if (gear.joint_b == joint) put(gear.joint_a, value / gear.ratio);
-  }
+  if (const double gap = close_loops(mechanism, rover, held); gap > kOpen)
+    throw InputRefused(fmt::format("{} of '{}' cannot be {:g}: its loop would stay open by {:.3g} m", quantity,
+                                   rover.joints[static_cast<std::size_t>(joint)].name, value, gap));
 }
 
 }  // namespace
@@ -94,6 +187,36 @@ void put_elsewhere(Mechanism& mechanism, const Rover& rover, const StateChange& 
   if (change.quantity == "part.linear_velocity") root.velocity = Vector3d(v[0], v[1], v[2]);
   if (change.quantity == "part.angular_velocity") root.angular_velocity = Vector3d(v[0], v[1], v[2]);
   mechanism.set_root(root);
+}
+
+void start_joints(Mechanism& mechanism, const Rover& rover, const Scenario& scenario) {
+  std::vector<const InitialJointState*> by(rover.joints.size(), nullptr);  // which state decided about a joint
+  for (const InitialJointState& state : scenario.initial_states) {
+    mechanism.set_joint(state.joint, state.position, state.velocity);
+    by[static_cast<std::size_t>(state.joint)] = &state;
+  }
+  for (const InitialJointState& state : scenario.initial_states) {
+    for (const auto& [j, factor] : tied_to(rover, state.joint)) {
+      const InitialJointState*& other = by[static_cast<std::size_t>(j)];
+      const auto differ = [&](double value, double wanted) { return std::abs(value - wanted) > kAgree * std::max(1.0, std::abs(wanted)); };
+      if (other == nullptr) {
+        mechanism.set_joint(j, factor * state.position, factor * state.velocity);
+        other = &state;
+      } else if (differ(mechanism.joint_position(j), factor * state.position) || differ(mechanism.joint_velocity(j), factor * state.velocity)) {
+        const auto name = [&](int joint) { return rover.joints[static_cast<std::size_t>(joint)].name; };
+        throw InputRefused(fmt::format(
+            "scenario '{}' starts joint '{}' at {:g} with the speed {:g}, and joint '{}' at {:g} with the speed {:g}, but they are coupled: "
+            "'{}' moves {:g} times as far; name one of them, and the other follows",
+            scenario.name, name(state.joint), state.position, state.velocity, name(other->joint), other->position, other->velocity, name(j), factor));
+      }
+    }
+  }
+  if (scenario.initial_states.empty()) return;
+  std::vector<bool> held(rover.joints.size());
+  std::transform(by.begin(), by.end(), held.begin(), [](const auto* state) { return state != nullptr; });
+  if (const double gap = close_loops(mechanism, rover, held); gap > kOpen)
+    throw InputRefused(fmt::format("joints as scenario '{}' starts them leave a loop open by {:.3g} m; name fewer of them, the others follow, "
+                                   "or correct them", scenario.name, gap));
 }
 
 }  // namespace rille

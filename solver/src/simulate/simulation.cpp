@@ -104,8 +104,7 @@ void Simulation::check_couplings() {
 
 void Simulation::place() {
   const Scenario& scenario = model_->scenario;
-  for (const InitialJointState& initial : scenario.initial_states)
-    mechanism_.set_joint(initial.joint, initial.position, initial.velocity);
+  start_joints(mechanism_, model_->rover, scenario);
   if (scenario.placement == Placement::on_terrain) {
     mechanism_.set_root(pose_on_terrain(*model_, mechanism_));
     return;
