@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rille._solver import Simulation
 
 from effect_rigs import commanded, flywheel, free_space, sample
-from rille._solver import Simulation
 from rille.model import Effect, JointLimit
 
 DAMPED = Effect(kind="viscous_friction", target="hub", parameters={"coefficient": 20.0})

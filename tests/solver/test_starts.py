@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rille._solver import Simulation
 
 from effect_rigs import free_space
 from machines import box
-from rille._solver import Simulation
 from rille.model import Differential, Gear, InitialJointState, InputRefused, Joint, LoopClosure, Rover, StateChange
 
 GEARS = (Gear(name="first", joint_a="j0", joint_b="j1", ratio=2.0), Gear(name="second", joint_a="j2", joint_b="j1", ratio=-4.0))
