@@ -79,8 +79,8 @@ def test_starts_that_contradict_a_gear_are_refused(make_model):
 
 @pytest.mark.parametrize("angle", [0.4, -0.9, 2.5])
 def test_a_loop_closes_about_the_crank(make_model, angle):
-    """Grashof (0.2 + 0.5 <= 0.4 + 0.45), so that the crank can turn around. Closed to 1e-9 m; by conservation of nothing but the loop, a
-    step of 0.1 ms moves every joint by its speed to second order, q'' h^2/2 < 100 x 1e-8/2.
+    """Grashof (0.2 + 0.5 <= 0.4 + 0.45), so that the crank can turn around. Closed to 1e-9 m; and the speeds are those of the
+    closed loop: a step of 0.1 ms moves every joint by its speed, to first order in the step.
     """
     simulation = started(make_model, four_bar(), ("a", angle, 2.0), step=1e-4)
     before = simulation.joints()[:, :2].copy()

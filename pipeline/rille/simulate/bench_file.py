@@ -107,7 +107,8 @@ def _rows(path: Path) -> tuple[list[str], dict[int, dict], str]:
         with path.open(newline="", encoding="utf-8-sig" if form.encoding == "utf8" else form.encoding) as file:
             lines = file.read().splitlines()[form.skip :]
         reader = csv.reader(lines, delimiter=form.delimiter)
-        rows = dict((form.skip + reader.line_num, dict(zip(form.columns, row, strict=False))) for row in reader if row)
+        numbered = [(form.skip + reader.line_num, row) for row in reader if row]
+        rows = {line: dict(zip(form.columns, row, strict=False)) for line, row in numbered}
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputRefused(f"'{path}' cannot be read as CSV: {error}") from error
     if not rows:

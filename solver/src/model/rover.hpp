@@ -137,4 +137,10 @@ struct Rover {
   double track_width = 0;  // [m] across the outermost wheel centres; a simulation moves its wheels there (model/track_width.hpp); 0: none
 };
 
+// Sign s in q_a + s q_b = 0, which a differential asks of its joints: +1 where their axes are parallel, -1 where they are opposed.
+inline double position_sign(const Rover& rover, const Differential& differential) {
+  const auto axis = [&](int joint) { return rover.joints[static_cast<std::size_t>(joint)].axis; };
+  return axis(differential.joint_a).dot(axis(differential.joint_b)) > 0 ? 1 : -1;
+}
+
 }  // namespace rille

@@ -27,9 +27,9 @@ void DriveUnit::start(double position) {
   if (drive_->mode == DriveMode::position) set_value_ = mean_set_value_ = lagged_ = position;
 }
 
-double DriveUnit::set_speed(double value, double position, double h, bool hold) const {
+double DriveUnit::set_speed(double value, double position, double h) const {
   double speed = 0;
-  if (drive_->mode == DriveMode::speed && !hold) speed = value;
+  if (drive_->mode == DriveMode::speed) speed = value;
   if (drive_->mode == DriveMode::position) speed = std::min(drive_->position_gain, 1 / h) * (value - position);
   if (drive_->max_speed) speed = std::clamp(speed, -*drive_->max_speed, *drive_->max_speed);
   return speed;
@@ -39,15 +39,17 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
   first_row_ = -1;
   n_rows_ = 0;
   given_effort_ = 0;
-  value_ = mean_set_value_;
+  // A drive that is held stands still, as if nothing were commanded yet; one of positions goes where it is told.
+  const double wanted = hold && drive_->mode != DriveMode::position ? 0 : mean_set_value_;
+  value_ = wanted;
   // Exact for a command that is constant over the step. An effort acts by its mean, and so does a speed, so that the way is right; a position
-  // counts where it ends. A drive that is held does not hear its command yet.
-  if (line_.lag > 0 && (!hold || drive_->mode == DriveMode::position)) {
+  // counts where it ends.
+  if (line_.lag > 0) {
     if (!lag_started_ && drive_->mode == DriveMode::position) lagged_ = set_value_;
     lag_started_ = true;
-    const double nearer = -std::expm1(-h / line_.lag), ahead = mean_set_value_ - lagged_;
+    const double nearer = -std::expm1(-h / line_.lag), ahead = wanted - lagged_;
     lagged_ += nearer * ahead;
-    value_ = drive_->mode == DriveMode::position ? lagged_ : mean_set_value_ - line_.lag / h * nearer * ahead;
+    value_ = drive_->mode == DriveMode::position ? lagged_ : wanted - line_.lag / h * nearer * ahead;
   }
   double value = value_;
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
@@ -63,7 +65,7 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
     effort[dof_] += given_effort_;
     return false;
   }
-  open_servo(mechanism, h, set_speed(value, mechanism.joint_position(drive_->joint), h, hold), rows);
+  open_servo(mechanism, h, set_speed(value, mechanism.joint_position(drive_->joint), h), rows);
   return true;
 }
 
@@ -130,7 +132,7 @@ void DriveUnit::open_transmission(const Mechanism& mechanism, double h, bool hol
   const double most = largest_effort();
   const double inertia = std::max(line_.rotor_inertia, 1e-9);
   free_rotor_ = drive_->mode == DriveMode::torque && !hold;
-  target_speed_ = led_speed_ = set_speed(value, motor_angle_, h, hold);
+  target_speed_ = led_speed_ = set_speed(value, motor_angle_, h);
   yield_ = line_.sag * std::abs(target_speed_) / drive_->max_torque;
   if (drive_->speed_gain) {
     const double gain = *drive_->speed_gain + h * drive_->integral_gain;

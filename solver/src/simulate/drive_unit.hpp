@@ -57,7 +57,7 @@ class DriveUnit {
   }
 
  private:
-  double set_speed(double value, double position, double h, bool hold) const;
+  double set_speed(double value, double position, double h) const;
   double largest_effort() const { return drive_->max_torque / (1 + line_.sag); }  // tau = max_torque (1 - sag tau/max_torque)
   void open_transmission(const Mechanism& mechanism, double h, bool hold, double value, RowSet& rows);
   void open_servo(const Mechanism& mechanism, double h, double speed, RowSet& rows);

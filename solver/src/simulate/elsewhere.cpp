@@ -53,8 +53,7 @@ std::vector<Tied> tied_to(const Rover& rover, int joint) {
       if (std::none_of(found.begin(), found.end(), [&](const Tied& tied) { return tied.joint == other; })) found.push_back({other, factor * ratio});
     };
     for (const Differential& differential : rover.differentials) {
-      const auto axis = [&](int j) { return rover.joints[static_cast<std::size_t>(j)].axis; };
-      const double ratio = axis(differential.joint_a).dot(axis(differential.joint_b)) > 0 ? -1 : 1;
+      const double ratio = -position_sign(rover, differential);
       if (differential.joint_a == from) reach(differential.joint_b, ratio);
       if (differential.joint_b == from) reach(differential.joint_a, ratio);
     }
@@ -78,8 +77,7 @@ Loops look_at_loops(const Mechanism& mechanism, const Rover& rover) {
   std::vector<double> gap;
   for (const LoopClosure& closure : rover.loop_closures) {
     if (closure.body_b < 0 && !mechanism.held_by_world()) continue;
-    const Vector3d a = mechanism.to_world(closure.body_a, closure.point);
-    const Vector3d b = closure.body_b < 0 ? closure.point : mechanism.to_world(closure.body_b, closure.point);
+    const auto [a, b] = ends_of(mechanism, closure);
     for (int axis = 0; axis < 3; ++axis) {
       loops.rows.open(RowKind::coupling);
       mechanism.add_relative_jacobian(closure.body_a, closure.body_b, a, b, Vector3d::Unit(axis), loops.rows);
@@ -93,6 +91,7 @@ Loops look_at_loops(const Mechanism& mechanism, const Rover& rover) {
 // Moves joints that are not held until loops close (Gauss-Newton, least change), and turns their speeds to what loops allow. Joints in
 // couplings stay. Returns the largest gap [m] that is left along an axis.
 double close_loops(Mechanism& mechanism, const Rover& rover, const std::vector<bool>& held) {
+  if (rover.loop_closures.empty()) return 0;
   Loops loops = look_at_loops(mechanism, rover);
   if (loops.gap.size() == 0) return 0;
   std::vector<int> moved;
@@ -189,7 +188,13 @@ void put_elsewhere(Mechanism& mechanism, const Rover& rover, const StateChange& 
   mechanism.set_root(root);
 }
 
+LoopEnds ends_of(const Mechanism& mechanism, const LoopClosure& closure) {
+  return {mechanism.to_world(closure.body_a, closure.point),
+          closure.body_b < 0 ? closure.point : mechanism.to_world(closure.body_b, closure.point)};
+}
+
 void start_joints(Mechanism& mechanism, const Rover& rover, const Scenario& scenario) {
+  if (scenario.initial_states.empty()) return;
   std::vector<const InitialJointState*> by(rover.joints.size(), nullptr);  // which state decided about a joint
   for (const InitialJointState& state : scenario.initial_states) {
     mechanism.set_joint(state.joint, state.position, state.velocity);
@@ -211,7 +216,6 @@ void start_joints(Mechanism& mechanism, const Rover& rover, const Scenario& scen
       }
     }
   }
-  if (scenario.initial_states.empty()) return;
   std::vector<bool> held(rover.joints.size());
   std::transform(by.begin(), by.end(), held.begin(), [](const auto* state) { return state != nullptr; });
   if (const double gap = close_loops(mechanism, rover, held); gap > kOpen)

@@ -15,6 +15,12 @@ void require_change(const Rover& rover, bool held_by_world, const StateChange& c
 // Raises InputRefused as require_change, and where a loop would stay open.
 void put_elsewhere(Mechanism& mechanism, const Rover& rover, const StateChange& change);
 
+// The two points [m] in W that a loop closure holds together, at kinematics that are up to date.
+struct LoopEnds {
+  Eigen::Vector3d a, b;
+};
+LoopEnds ends_of(const Mechanism& mechanism, const LoopClosure& closure);
+
 // Joints where the scenario starts them. Raises InputRefused where joints that are named contradict a coupling or leave a loop open.
 void start_joints(Mechanism& mechanism, const Rover& rover, const Scenario& scenario);
 

@@ -98,7 +98,6 @@ void Simulation::check_couplings() {
     if (std::abs(cosine) < 0.999)
       throw InputRefused(fmt::format("differential '{}' needs parallel hinges, but '{}' and '{}' stand at {:.2f} deg; correct an axis",
                                      differential.name, a.name, b.name, std::acos(cosine) * 180 / M_PI));
-    position_sign_.push_back(cosine > 0 ? 1 : -1);
   }
 }
 
@@ -277,16 +276,15 @@ void Simulation::open_coupling_rows(double h) {
     const double error = factor_a * mechanism_.joint_position(joint_a) + factor_b * mechanism_.joint_position(joint_b);
     rows_[row].target = -error / h;
   };
-  for (std::size_t k = 0; k < rover.differentials.size(); ++k)
-    couple(rover.differentials[k].joint_a, 1, rover.differentials[k].joint_b, position_sign_[k]);
+  for (const Differential& differential : rover.differentials)
+    couple(differential.joint_a, 1, differential.joint_b, position_sign(rover, differential));
   for (const Gear& gear : rover.gears) couple(gear.joint_a, -gear.ratio, gear.joint_b, 1);
 }
 
 // Stiff rather than hard rows: closures of flat loops repeat what the hinges say already, and hard rows that repeat have no solution.
 void Simulation::open_closure_rows(double h) {
   for (const LoopClosure& closure : model_->rover.loop_closures) {
-    const Vector3d a = mechanism_.to_world(closure.body_a, closure.point);
-    const Vector3d b = closure.body_b < 0 ? closure.point : mechanism_.to_world(closure.body_b, closure.point);
+    const auto [a, b] = ends_of(mechanism_, closure);
     double mass = model_->rover.bodies[at(closure.body_a)].mass;
     if (closure.body_b >= 0) mass = std::min(mass, model_->rover.bodies[at(closure.body_b)].mass);
     for (int axis = 0; axis < 3; ++axis) {
@@ -715,11 +713,9 @@ Eigen::VectorXd Simulation::inverse_dynamics(const VectorXd& acceleration) {
 
 double Simulation::largest_differential_error() const {
   double largest = 0;
-  for (std::size_t k = 0; k < position_sign_.size(); ++k) {
-    const Differential& differential = model_->rover.differentials[k];
+  for (const Differential& differential : model_->rover.differentials)
     largest = std::max(largest, std::abs(mechanism_.joint_position(differential.joint_a) +
-                                         position_sign_[k] * mechanism_.joint_position(differential.joint_b)));
-  }
+                                         position_sign(model_->rover, differential) * mechanism_.joint_position(differential.joint_b)));
   return largest;
 }
 
@@ -727,8 +723,8 @@ double Simulation::largest_closure_error() const {
   mechanism_.update_kinematics();
   double largest = 0;
   for (const LoopClosure& closure : model_->rover.loop_closures) {
-    const Vector3d b = closure.body_b < 0 ? closure.point : mechanism_.to_world(closure.body_b, closure.point);
-    largest = std::max(largest, (mechanism_.to_world(closure.body_a, closure.point) - b).norm());
+    const auto [a, b] = ends_of(mechanism_, closure);
+    largest = std::max(largest, (a - b).norm());
   }
   return largest;
 }

@@ -148,7 +148,6 @@ class Simulation {
   std::vector<DriveUnit> drives_;
   std::vector<int> drive_of_joint_;
   std::vector<LimitState> limits_;
-  std::vector<double> position_sign_;  // of each differential: +1 parallel axes, -1 opposed ones
   RowSet rows_;
   RowSolver solver_;
   Eigen::VectorXd effort_;    // (n) efforts that act as given forces in this step
