@@ -44,6 +44,26 @@ def test_a_law_that_only_acts_alike_is_doubted():
     )  # what the answer leaves open is no objection
 
 
+@pytest.mark.parametrize(
+    ("coefficient", "extra", "said"),
+    [
+        (0.3, None, "viscous of right"),  # three times the noise is left, and one law would take it all away
+        (0.0, lambda t, x, v: np.stack([0 * v[0], 0.5 * np.sin(11.0 * t) + 0.8 * np.sin(7.0 * t + x[0])]), ""),  # as in a real machine
+    ],
+    ids=["one law", "many things"],
+)
+def test_far_from_the_noise_one_law_is_an_objection_and_many_things_are_none(coefficient, extra, said):
+    """Friction on one cart was found; there is more on the other."""
+    found = named("coulomb", "left", force=2.0)
+    evidence = recorded((found, named("viscous", "right", coefficient=coefficient)), seconds=20, extra=extra)
+    first = Judge(evidence)
+    (fitted,) = fit_together(first, [[(found,)]])
+    judge = Judge(evidence.relinearised(fitted.setting), fitted.setting)
+    assert judge.excess > 0.3 * judge.degrees
+    against, _ = doubt(judge, CHEAP, {found.hypothesis.title}, first.chi2 - judge.chi2)
+    assert (said in against) if said else against == ""
+
+
 @pytest.mark.parametrize("size", [0.1, 0.2])
 def test_what_only_acts_alike_is_not_named(size):
     """A force with the 1.5th power of speed, which quadratic drag follows up to little: seen by another law, or as what is left."""

@@ -103,8 +103,8 @@ def score(truth: Json, answer: Json | None, status: str = "done", seconds: float
     best = ranked[0] if ranked else None
     group = [entry for entry in ranked if best is not None and entry["group"] == best["group"]]
     inside = truth["sort"] not in ("nothing", "outside")
-    top = names and inside and best is not None and _is_truth(best, pieces)
-    grouped = names and inside and any(_is_truth(entry, pieces) for entry in group)
+    top = names and inside and best is not None and is_truth(best, pieces)
+    grouped = names and inside and any(is_truth(entry, pieces) for entry in group)
     said = [term for entry in group for term in entry["terms"]] if names else []
     found = [piece for piece in pieces if inside and any(same(term, piece) for term in said)]
     if not inside:
@@ -186,7 +186,7 @@ def same(term: Json, piece: Json) -> bool:
     return hypothesis["kind"] in kinds and _same_target(term, piece)
 
 
-def _is_truth(entry: Json, pieces: Sequence[Json]) -> bool:
+def is_truth(entry: Json, pieces: Sequence[Json]) -> bool:
     """Whether an entry is what is concealed and nothing else."""
     terms = entry["terms"]
     return len(terms) == len(pieces) and all(any(same(term, piece) for term in terms) for piece in pieces)

@@ -85,7 +85,7 @@ def _what(verdict: Verdict, terms: Sequence[NamedTerm], ranked: Sequence[RankedH
         members = [row.title for row in ranked if row.group == ranked[0].group and row.probability > 0]
         if len(members) == 1:
             what = "numbers of the model are wrong" if ranked[0].cause == "parameter" else "this is missing in the model"
-            return f"{what}, or something that these recordings cannot tell from it: {named}{sure}{explained}"
+            return f"{what}, or something that these recordings cannot tell from it: {named or members[0]}{sure}{explained}"
         return f"one of these is missing, and these recordings cannot tell which: {_listed(members)}{sure}{explained}; best: {named}"
     if verdict == "unknown":
         nearest = f"; nearest is {ranked[0].title}, which explains {100 * ranked[0].explained:.0f} %" if ranked else ""

@@ -5,7 +5,8 @@ it leaves has a shape, and some other hypothesis of the catalogue would take a p
 drop of chi-squared that any hypothesis of k numbers promises is that of chance: chi-squared of k degrees, the largest of all tries.
 
 Where so little is left that it is near the noise, though surely more, and nothing explains it, the law is not quite that one either. Where
-far more is left other things are missing, too, as in every real machine: that says nothing of what was found.
+far more is left other things are missing, too, as in every real machine: that says nothing of what was found, unless one law alone would
+take most of it away.
 """
 
 from collections.abc import Collection, Sequence
@@ -25,6 +26,7 @@ CHANCE = 1e-2  # probability of a doubt of a right answer
 TOO_MANY = ("order", "place", "time")  # numbers whose search takes many trials: what has them takes most away by chance, too
 SURE = 0.1  # excess per degree, in terms of the noise, that is no matter of steps and of samples beside jumps
 NEAR_NOISE = 0.3  # excess per degree, in terms of the noise, up to which an answer is near it
+MOST_OF_REST = 0.5  # of the excess: what takes more away on top, of what is far from the noise, is one thing and not many
 OTHER = (
     "on top of what was found, {other} would take more away than chance does (chi-squared {drop:.3g}): it only acts like what is missing, "
     "or not alone"
@@ -46,13 +48,16 @@ def doubt(
     known : titles of hypotheses that the answer leaves open. found : chi-squared that the answer takes away; what is little
     beside that, and beside the noise, raises no doubt.
     """
-    if differs(judge):
-        sure = max(SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)), SURE * judge.degrees) * judge.floor
-        return (LEFT if sure < judge.excess < NEAR_NOISE * judge.floor * judge.degrees else ""), None
+    sure = max(SIGNIFICANT * float(np.sqrt(2.0 * judge.degrees)), SURE * judge.degrees) * judge.floor
+    near = NEAR_NOISE * judge.floor * judge.degrees
+    if differs(judge) and sure < judge.excess < near:
+        return LEFT, None
     others = [h for h in hypotheses if h.title not in known and all(n.search not in TOO_MANY for n in h.free)]
     screened = screen(judge.evidence, others, judge=judge, on_progress=on_progress)
     against, by = "", None
     least, trifle = CHANCE / max(screened.tries, 1), min(LEAST_OF_FOUND * found, LEAST_OF_NOISE * judge.floor * judge.degrees)
+    if judge.excess >= near:
+        trifle = max(trifle, MOST_OF_REST * judge.excess)
     for s in screened.signatures:
         chance = float(chi2.sf(s.drop / judge.floor, len(s.hypothesis.free)))
         if not s.silent and chance < least and s.drop > trifle:

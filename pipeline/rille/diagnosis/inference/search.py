@@ -109,7 +109,7 @@ def _in_its_place(state: State, evidence: Evidence, other: Term, tries: int, on_
 
 def _worth_looking(state: State) -> bool:
     """Whether enough is left that another piece could be accepted. The first look is always worth it: noise may be overstated."""
-    return not state.pieces or (differs(state.judge) and not is_trifle(state.judge, state.first.excess))
+    return not state.pieces or (differs(state.judge) and not is_trifle(state.judge, state.first))
 
 
 def _look(
@@ -120,14 +120,14 @@ def _look(
     remaining = [h for h in hypotheses if not any(same(h, piece.hypothesis) for piece in state.pieces)]
     screened, singles = _fitted_singles(judge, remaining, tries, on_progress)
     pairs = _fitted_pairs(screened, judge.chi2 - min(one.chi2 for one in singles), on_progress) if singles and most > 1 else []
-    n, excess = screened.tries, state.first.excess
+    n, first = screened.tries, state.first
     scores = rank(judge.evidence, [*singles, *pairs], judge=judge)
     if not state.pieces and singles:
         state.standing = stand(judge, judge.evidence, singles)
     order = sorted(range(1, len(singles) + 1), key=lambda i: -scores.gain[i])
-    taken = singles[order[0] - 1] if order and is_accepted(scores, order[0], 0, judge, tries=n, excess=excess) else None
+    taken = singles[order[0] - 1] if order and is_accepted(scores, order[0], 0, judge, tries=n, first=first) else None
     pair = max(range(len(singles) + 1, len(singles) + len(pairs) + 1), key=lambda i: scores.gain[i], default=None)
-    if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, excess=excess) for other in (order[0], 0)):
+    if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, first=first) for other in (order[0], 0)):
         taken = pairs[pair - len(singles) - 1]
     chances = _second_chances(state, evidence, screened, taken, on_progress)
     under = judge.evidence

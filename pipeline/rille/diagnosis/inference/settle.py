@@ -51,7 +51,7 @@ class State:
         """Whether one setting says more than another, or than the accepted one (None)."""
         fitted = [new] if old is None else [new, old]
         scores = rank(self.judge.evidence, fitted, judge=self.judge)
-        return is_accepted(scores, 1, len(fitted) - 1 if old is None else 2, self.judge, tries=tries, excess=self.first.excess)
+        return is_accepted(scores, 1, len(fitted) - 1 if old is None else 2, self.judge, tries=tries, first=self.first)
 
 
 def own_fit(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted, Evidence]:
@@ -127,7 +127,9 @@ def settle(
             two = " + ".join(t.hypothesis.title for t in taken.setting[always:])
             state.notes.append(f"{two} would explain as much; one law that does it alone is believed before")
             return True
-    if not bent:
+    before = taken.chi2
+    taken, linear, standing = _to_the_end(state, evidence, taken, linear, standing)
+    if not bent or taken.chi2 < before:
         taken, linear, standing = _among_the_close(state, evidence, taken, linear, standing)
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
@@ -246,7 +248,7 @@ def _among_the_close(
         for i in confounded.order[1:]
         if scores.ahead[best, i] < nearly or (confounded.number[i] == confounded.number[best] and scores.ahead[best, i] < CLOSE)
     ][:OWN]
-    own = {i: own_fit(evidence, standing.fitted[i - 1].setting, state) for i in close}
+    own = {i: _own_fit_in_the_end(evidence, standing.fitted[i - 1].setting, state) for i in close}
     better = {i: (fitted, under) for i, (fitted, under) in own.items() if fitted.chi2 < standing.fitted[i - 1].chi2}
     if not better:
         return taken, linear, standing
@@ -254,6 +256,22 @@ def _among_the_close(
     standing = stand(state.first, linear, kept)
     first = standing.confounded.order[0]
     return (*better[first], standing) if first in better else (kept[first - 1], linear, standing)
+
+
+def _to_the_end(
+    state: State, evidence: Evidence, taken: Fitted, linear: Evidence, standing: Standing
+) -> tuple[Fitted, Evidence, Standing]:
+    """The answer with starts and numbers fitted in turns until nothing is gained, the evidence under these starts, and its alternatives.
+
+    Where starts take up most of a law (the drift of an angle that nothing else shows) each turn is a step of the way: numbers that stopped
+    short are off by more than their errors, and what they leave looks like another piece.
+    """
+    own, under = _own_fit_in_the_end(evidence, taken.setting, state)
+    if not own.chi2 < taken.chi2 - NATS:
+        return taken, linear, standing
+    best = standing.confounded.order[0]
+    wider = stand(state.first, under, [own if i == best else one for i, one in enumerate(standing.fitted, start=1)])
+    return (own, under, wider) if wider.confounded.order[0] == best else (taken, linear, standing)
 
 
 def _best_of_each(some: Sequence[Fitted], others: Sequence[Fitted]) -> list[Fitted]:
