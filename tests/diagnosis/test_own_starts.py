@@ -22,7 +22,7 @@ GAIN = 200.0  # [nats] of the best
 def test_who_gets_starts_of_its_own(monkeypatch, behind, told, tried):
     """Fits: the best (1), and one rival (2); 0 is the base. Nothing comes out better, so the answer stays."""
     score = np.array([0.0, GAIN, GAIN - behind])
-    fits = [SimpleNamespace(setting=name, chi2=1.0) for name in ("best", "rival")]
+    fits = [SimpleNamespace(setting=name, chi2=1.0, kappa=1.0) for name in ("best", "rival")]
     standing = SimpleNamespace(
         scores=SimpleNamespace(ahead=score[:, None] - score[None, :]),
         confounded=SimpleNamespace(order=[1, 2], number={1: 0, 2: int(told)}),
@@ -36,19 +36,20 @@ def test_who_gets_starts_of_its_own(monkeypatch, behind, told, tried):
 
 
 @pytest.mark.parametrize(
-    ("turns", "left"),
+    ("turns", "kappa", "left"),
     [
-        ((60.0, 50.0, 49.0), 49.0),  # the last turn gains less than three nats: enough
-        ((60.0, 70.0), 60.0),  # a turn that makes it worse is not taken
-        ((99.0,), 100.0),  # nothing to gain
+        ((60.0, 50.0, 49.0), 1.0, 49.0),  # the last turn gains less than three nats: enough
+        ((60.0, 70.0), 1.0, 60.0),  # a turn that makes it worse is not taken
+        ((99.0,), 1.0, 100.0),  # nothing to gain
+        ((60.0, 50.0, 40.0), 5.0, 50.0),  # so far from the noise ten is nothing
     ],
 )
-def test_the_answer_is_fitted_until_nothing_is_gained(monkeypatch, turns, left):
+def test_the_answer_is_fitted_until_nothing_is_gained(monkeypatch, turns, kappa, left):
     """Chi-squared of the answer is 100 when it is settled; each turn of starts and numbers leaves less."""
-    fit = SimpleNamespace(setting="best", chi2=100.0)
+    fit = SimpleNamespace(setting="best", chi2=100.0, kappa=kappa)
     standing = SimpleNamespace(confounded=SimpleNamespace(order=[1]), fitted=[fit])
     given = iter(turns)
-    monkeypatch.setattr(settle, "own_fit", lambda *_: (SimpleNamespace(setting="best", chi2=next(given, 1e9)), "its own"))
+    monkeypatch.setattr(settle, "own_fit", lambda *_: (SimpleNamespace(setting="best", chi2=next(given, 1e9), kappa=kappa), "its own"))
     monkeypatch.setattr(settle, "stand", lambda first, evidence, fitted: SimpleNamespace(confounded=standing.confounded, fitted=fitted))
     answer, evidence, stands = settle._to_the_end(SimpleNamespace(first=None), "evidence", fit, "linear", standing)
     assert answer.chi2 == left

@@ -208,7 +208,7 @@ def _own_fit_in_the_end(evidence: Evidence, setting: Setting, state: State) -> t
         after = own_fit(evidence, best[0].setting, state)
         gained = best[0].chi2 - after[0].chi2
         best = after if gained > 0 else best
-        if gained < NATS:
+        if gained < NATS * best[0].kappa:
             break
     return best
 
@@ -258,16 +258,14 @@ def _among_the_close(
     return (*better[first], standing) if first in better else (kept[first - 1], linear, standing)
 
 
-def _to_the_end(
-    state: State, evidence: Evidence, taken: Fitted, linear: Evidence, standing: Standing
-) -> tuple[Fitted, Evidence, Standing]:
+def _to_the_end(state: State, evidence: Evidence, taken: Fitted, linear: Evidence, standing: Standing) -> tuple[Fitted, Evidence, Standing]:
     """The answer with starts and numbers fitted in turns until nothing is gained, the evidence under these starts, and its alternatives.
 
     Where starts take up most of a law (the drift of an angle that nothing else shows) each turn is a step of the way: numbers that stopped
-    short are off by more than their errors, and what they leave looks like another piece.
+    short are off by more than their errors, and what they leave looks like another piece. Far from the noise a turn is to gain more.
     """
     own, under = _own_fit_in_the_end(evidence, taken.setting, state)
-    if not own.chi2 < taken.chi2 - NATS:
+    if not own.chi2 < taken.chi2 - NATS * taken.kappa:
         return taken, linear, standing
     best = standing.confounded.order[0]
     wider = stand(state.first, under, [own if i == best else one for i, one in enumerate(standing.fitted, start=1)])
