@@ -10,22 +10,18 @@ proves nothing: what a change was made for is no test of it. It shows what a cha
 
 import argparse
 import json
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from rille import store
+from opened import Line, opened, run
+
 from rille.cli.prove_answering import answer_files
 from rille.cli.prove_run import make_trial
-from rille.model import InputRefused
 from rille.proof.scoring import score, score_answer
 from rille.proof.strength import Unreachable
 from rille.proof.trials import Trial
 from rille.work import carry_out, opened_pool
-
-Line = dict[str, Any]
 
 
 def answered_again(truths: Sequence[Line]) -> list[Line]:
@@ -70,11 +66,7 @@ def _words(line: Line) -> str:
 
 def _asked(path: Path, given: argparse.Namespace) -> tuple[list[Line], dict[int, Line]]:
     """Truths of the trials that are asked for, and the scores of their answers in the ledger."""
-    ledger = store.read_ledger(path)
-    if not ledger.truths:
-        raise InputRefused(f"'{path}' is not opened: its truths are not known yet")
-    answers = {answer.trial: answer for answer in ledger.answers}
-    truths = [truth for one in ledger.truths if (truth := json.loads(one.text))["sort"] != "real"]
+    truths, answers = opened(path)
 
     def wanted(truth: Line) -> bool:
         chosen = not given.trials or str(truth["number"]) in given.trials.split(",")
@@ -82,11 +74,11 @@ def _asked(path: Path, given: argparse.Namespace) -> tuple[list[Line], dict[int,
         of_machine = not given.machines or truth["machine"] in given.machines.split(",")
         return chosen and of_sort and of_machine and truth["strength"] >= given.least
 
-    asked = [truth for truth in truths if wanted(truth)]
+    asked = [truth for truth in truths.values() if wanted(truth)]
     return asked, {truth["number"]: score_answer(truth, answers[truth["number"]])["diagnosis"] for truth in asked}
 
 
-def main() -> int:
+def main() -> None:
     """Answer, compare, count."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("ledger", type=Path)
@@ -120,11 +112,7 @@ def main() -> int:
             carry_out(pool, waiting, len(waiting), keep, lost=lost, ahead=1)
     changes = Counter(change(before[number], now[number]) for number in before.keys() & now.keys())
     print(f"{changes.total()} of {len(asked)} trials: " + ", ".join(f"{count} {what}" for what, count in changes.most_common()))
-    return 0
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except InputRefused as refused:
-        sys.exit(str(refused))
+    run(main)

@@ -9,20 +9,15 @@ use (``weights.json``). A new beacon shows what they are worth.
 
 import argparse
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from opened import Line, opened, run
 
-from rille import store
 from rille.diagnosis.inference.weights import Calibration, Trial, calibrated, probabilities, write_calibration
-from rille.model import InputRefused
 from rille.proof.scoring import NAMING, is_truth, score
 from rille.proof.summary import calibration_error
-
-Line = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,15 +31,13 @@ class Name:
 
 def names_of(path: Path) -> list[Name]:
     """All names that the answers of an opened ledger give."""
-    ledger = store.read_ledger(path)
-    if not ledger.truths:
-        raise InputRefused(f"'{path}' is not opened: its truths are not known yet")
-    truths = {truth["number"]: truth for one in ledger.truths if (truth := json.loads(one.text))["sort"] != "real"}
+    truths, answers = opened(path)
     found = []
-    for answer in ledger.answers:
-        said = json.loads(answer.text)["diagnosis"] if answer.trial in truths and answer.status == "done" else None
+    for number, truth in truths.items():
+        answer = answers.get(number)
+        said = json.loads(answer.text)["diagnosis"] if answer is not None and answer.status == "done" else None
         if said is not None and said["verdict"] in NAMING and any(row["probability"] for row in said["ranked"]):
-            found.append(_name(truths[answer.trial], said))
+            found.append(_name(truth, said))
     return found
 
 
@@ -74,7 +67,7 @@ def report(path: Path, names: list[Name], constants: Calibration) -> str:
     return f"{path}: {len(lines)} names, {100 * mean:.1f} % stated, {100 * right:.1f} % right, off by {calibration_error(lines):.4f}"
 
 
-def main() -> int:
+def main() -> None:
     """Fit, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("ledgers", type=Path, nargs="+")
@@ -89,11 +82,7 @@ def main() -> int:
         print(report(path, names, constants))
     if given.write:
         write_calibration(constants)
-    return 0
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except InputRefused as refused:
-        sys.exit(str(refused))
+    run(main)

@@ -33,3 +33,10 @@ def test_what_is_left_plainly_beyond_the_noise_is_told(after, more):
     assert MADE.proof is not None
     text = said((FRICTION,), proof=replace(MADE.proof, after=after, floor=1.0))
     assert ("not all of it" in text) is more
+
+
+def test_a_group_none_of_whose_numbers_is_told_is_said_by_its_title():
+    """Numbers of a soil that together explain the curves, each of them within its interval of what it was."""
+    row = replace(MADE.ranked[0], title="numbers of the soil", cause="parameter", group=0)
+    text = statement("group", (), (row,), MADE.location, 0.0, None, (), ())
+    assert text.startswith("Numbers of the model are wrong, or something that these recordings cannot tell from it: numbers of the soil;")

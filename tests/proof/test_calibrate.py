@@ -11,6 +11,7 @@ from rille.model import InputRefused
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmark/proof"))
 import calibrate
+import opened
 
 LEDGER = Path(__file__).resolve().parents[2] / "benchmark/proof/ledger.db"
 
@@ -38,6 +39,6 @@ def test_names_are_those_of_the_table(names):
 
 
 def test_a_ledger_that_is_still_sealed_is_refused(monkeypatch):
-    monkeypatch.setattr(calibrate.store, "read_ledger", lambda path: type("Sealed", (), {"truths": ()})())
+    monkeypatch.setattr(opened.store, "read_ledger", lambda path: type("Sealed", (), {"truths": ()})())
     with pytest.raises(InputRefused, match="not opened"):
         calibrate.names_of(Path("some.db"))

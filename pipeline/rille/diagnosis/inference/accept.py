@@ -41,7 +41,8 @@ def is_trifle(judge: Judge, first: Judge) -> bool:
     """Whether what the base of a judge leaves, as a whole or in the channels that differ, is little beside what there was, in each of these
     channels, too, and little beside the noise. first : of the base model.
     """
-    loud, beyond = loud_channels(judge), _beyond(judge)
+    beyond = _beyond(judge)
+    loud = _is_loud(beyond, judge)
     rest = max(judge.excess, float(np.sum(beyond[loud])))
     beside = bool(np.any(beyond[loud] > LEAST_OF_CHANNEL * _beyond(first)[loud]))
     return rest <= LEAST_EXCESS * first.excess and judge.excess <= NO_TRIFLE * judge.degrees and not beside

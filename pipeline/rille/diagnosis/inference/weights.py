@@ -1,4 +1,4 @@
-"""From scores to probabilities, by a few constants that were calibrated on development trials (``weights.json``)."""
+"""From scores to probabilities, by a few constants that were fitted to trials whose truth is known (``weights.json``)."""
 
 import json
 from collections.abc import Sequence
@@ -30,8 +30,8 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One development trial. behind, behind_error (m,) [nats] : of the hypotheses, the best has 0. truth : which one is right, -1: none of
-    them. leftover : share of the excess that the best leaves. weight : how much it counts.
+    """One trial whose truth is known. behind, behind_error (m,) [nats] : of the hypotheses, the best has 0. truth : which one is right, -1:
+    none of them. leftover : share of the excess that the best leaves. weight : how much it counts.
     """
 
     behind: Array
