@@ -41,7 +41,7 @@ def test_a_rover_is_dragged_driven_with_keys_and_seen_to_move(model, tab):
         page.evaluate("rille.ready")
         until(lambda: live.session.status().state == "ready", "a session that is ready")
         press(tab, "Take the command")
-        until(lambda: live.session.status().commander, "a commander")
+        until(lambda: page.locator("#who").inner_text() == "you command", "that we command")  # the server knows it first
         before = page.evaluate("rille.pose('chassis')")
         x, y = page.evaluate("rille.onScreen('chassis')")
         page.mouse.move(x, y)
