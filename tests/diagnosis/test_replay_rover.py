@@ -87,6 +87,25 @@ def test_a_gap_of_the_pose_is_bridged_by_the_simulation(cart_and_scenario):
         assert np.sqrt(np.mean((channel.residual / channel.noise) ** 2)) == pytest.approx(1, abs=0.16)
 
 
+def test_a_position_that_comes_late_and_twice_a_second_is_where_it_starts(cart_and_scenario, make_model):
+    """Positions every 0.5 s from 0.4 s on, two meters from where the scenario begins: windows start there and all stays at its noise (of a
+    dozen samples, half of which starts take up: below 1.5). Begun with the scenario, x would be 670 times its noise off.
+    """
+    path, scenario = cart_and_scenario
+    away = replace(scenario, start=replace(scenario.start, position=(2.0, 1.0, 0.0)))
+    run = record(make_model(cart(5.0, 0.15, 0.165), away, plane(0.03)), sensors("angles"), duration=6.0, rate=50, seed=4, jitter=2e-3)
+    channels = tuple(
+        replace(c, time=c.time[c.time > 0.4][::25], value=c.value[c.time > 0.4][::25]) if c.quantity == "part.position" else c
+        for c in run.channels
+    )
+    comparison = diagnosis.compare_windows(simulate.Replayer(path), commanded(replace(run, channels=channels), scenario, "joint.velocity"))
+    assert not any("of chassis" in note for note in comparison.notes)  # "not recorded, carried on by the simulation"
+    for channel in comparison.channels:
+        assert not channel.left_out
+        left = np.sqrt(np.mean((channel.residual / channel.noise) ** 2))
+        assert left < 1.5 if len(channel.time) < 20 else left == pytest.approx(1, abs=0.16)
+
+
 def test_a_softer_soil_shows_as_sinkage_in_height(cart_and_scenario, make_model):
     """On a soil of a third of the stiffness the cart stands lower: the height differs, the yaw does not."""
     from machines import LUNAR_SOIL

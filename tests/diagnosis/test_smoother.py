@@ -62,6 +62,24 @@ def test_nothing_is_said_inside_a_gap():
     assert found.seen.tolist() == [True, False, False, True]
 
 
+def test_few_samples_are_reached_for():
+    """A drive of slow curves, with a fix per second from 3 s on: it is seen from an interval and a half before the first fix to as long
+    behind the last, not from three on, and to within what the covariance says (as above).
+    """
+    rng = np.random.default_rng(4)
+    time = np.arange(3.0, 60.0, 1.0) + rng.uniform(-0.05, 0.05, 57)
+    fixes = Series(order=0, time=time, value=2.0 * np.sin(0.2 * time) + rng.normal(0, 0.01, len(time)), noise=0.01)
+    instants = np.arange(-0.75, 64, 0.5)
+    found = smooth(instants, [fixes], widest=0.5)
+    beyond = np.maximum(time[0] - instants, instants - time[-1])  # [s], which are intervals
+    assert found.seen[beyond < 1.5].all()
+    assert not found.seen[beyond > 3.0].any()
+    inside = found.seen & (instants > 4) & (instants < 58)
+    error = found.value[inside, :2] - np.stack([2.0 * np.sin(0.2 * instants), 0.4 * np.cos(0.2 * instants)], axis=1)[inside]
+    spread = np.einsum("ni,nij,nj->n", error, np.linalg.inv(found.covariance[inside, :2, :2]), error) / 2
+    assert 0.4 < spread.mean() < 1.6
+
+
 @pytest.mark.parametrize(("sigma", "rate"), [(1e-3, 200.0), (1e-2, 100.0)])
 def test_differences_give_the_noise_of_moving_channels(sigma, rate):
     """4000 or 2000 samples at irregular times: the quantile scatters by 2 %; what is left of the motion adds less than 10 %."""

@@ -120,21 +120,24 @@ def test_windows_in_which_a_body_points_straight_up_are_left_out():
 
 
 def test_the_first_window_begins_where_all_channels_have_begun():
-    """One joint is recorded 45 ms later than the other, which is within a quarter of a window; another that comes after two seconds is not
-    waited for.
+    """One joint is recorded later than the other, by less than a window; another that comes after two seconds is not waited for. Behind a
+    gap, which simulation bridges, a quarter of a window is waited.
     """
     time = np.arange(0.5, 5, 0.01)
 
-    def begins(*firsts):
-        channels = [
-            Channel(name=f"q{k}", quantity="joint.position", target=f"q{k}", unit="rad", time=time[time > first], value=time[time > first])
-            for k, first in enumerate(firsts)
-        ]
+    def begins(*firsts, gap=(9.0, 9.0)):
+        channels = []
+        for k, first in enumerate(firsts):
+            own = time[(time > first) & ((time < gap[0]) | (time > gap[1] + 0.5 * k))]
+            channels.append(Channel(name=f"q{k}", quantity="joint.position", target=f"q{k}", unit="rad", time=own, value=own))
         return cut(Recording(name="r", channels=tuple(channels)), channels, 1.0, 4e-3).begins
 
     assert begins(0.0, 0.0)[0] == pytest.approx(0.5)
     assert begins(0.0, 0.544)[0] == pytest.approx(0.552)  # the next multiple of the step after 0.55 s
+    assert begins(0.0, 1.404)[0] == pytest.approx(1.412)  # after 1.41 s
     assert begins(0.0, 2.5)[0] == pytest.approx(0.5)
+    behind = begins(0.0, 0.0, gap=(2.5, 3.2))
+    assert behind[behind > 2.5][0] == pytest.approx(3.2, abs=0.013)  # the second joint goes on at 3.7 s
 
 
 class Slipping:

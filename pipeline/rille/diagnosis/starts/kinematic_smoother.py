@@ -22,6 +22,8 @@ WIDEN = 1.25  # of standard deviations, for the bias below that bound; test_smoo
 GROWTH = 2**0.5  # of the half-width
 NEAR = 0.25  # of the widest half-width, within which samples must stand
 LEAST = 6  # numbers that a fit of four needs at least
+BEYOND = 2.0  # intervals from the nearest sample, to which a fit may be carried
+SPARSE = LEAST + BEYOND  # intervals that a fit may always reach: there it has the numbers that it needs, on one side alone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,12 +52,14 @@ class LocalMotion:
 
 
 def smooth(instants: Array, series: Sequence[Series], *, widest: float, widths: Array | None = None) -> LocalMotion:
-    """Motion at ``instants`` (m,) [s] from ``series``; no fit reaches farther than ``widest`` [s] to either side.
+    """Motion at ``instants`` (m,) [s] from ``series``; no fit reaches farther than ``widest`` [s] to either side, or than ``SPARSE``
+    intervals of samples that are few (a position of one satellite fix per second).
 
     widths : (m,) [s] half-widths to use, 0: leave that instant out. None: the rule finds them.
     """
     series = [_clean(s) for s in series]
     placed = any(s.order == 0 for s in series)
+    widest = max(widest, SPARSE * _interval([s for s in series if s.order == 0 or not placed]))
     value, covariance = np.zeros((len(instants), 3)), np.zeros((len(instants), 3, 3))
     width, seen = np.zeros(len(instants)), np.zeros(len(instants), dtype=bool)
     for k, instant in enumerate(instants):
@@ -69,6 +73,12 @@ def smooth(instants: Array, series: Sequence[Series], *, widest: float, widths: 
 def _clean(series: Series) -> Series:
     seen = np.isfinite(series.value)
     return Series(order=series.order, time=series.time[seen], value=series.value[seen], noise=max(series.noise, 1e-12))
+
+
+def _interval(series: Sequence[Series]) -> float:
+    """Median interval [s] of the samples of all series together; 0 of fewer than two."""
+    apart = np.diff(np.sort(np.concatenate([s.time for s in series])))
+    return float(np.median(apart)) if len(apart) else 0.0
 
 
 def _at(instant: float, series: Sequence[Series], placed: bool, widest: float) -> tuple[Array, Array, float] | None:
@@ -135,7 +145,7 @@ def _surrounded(offsets: Array, widest: float) -> bool:
     left, right = offsets[offsets <= 0], offsets[offsets >= 0]
     if len(left) and len(right) and max(-left[-1], right[0]) <= NEAR * widest:
         return True
-    return bool(np.abs(offsets).min() <= 2 * np.median(np.diff(offsets)))
+    return bool(np.abs(offsets).min() <= BEYOND * np.median(np.diff(offsets)))
 
 
 def _fit(basis: Array, y: Array, half_width: float, first_column: int) -> tuple[Array, Array] | None:

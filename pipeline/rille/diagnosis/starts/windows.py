@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 ROUNDED = 1e-6  # [s] of stamps
 POLE = 1.2  # [rad] pitch beyond which errors of roll and yaw grow threefold
 GAP = 0.25  # of a window: a longer stretch without any sample of the state ends the window before it
-LATE = 0.25  # of a window (of a second, if it is one over everything), that is waited for a channel to begin
+FIRST, LATE = 1.0, 0.25  # of a window (of a second, if it is one over everything), that is waited for a channel to begin, or to go on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,11 +28,11 @@ class Cut:
 def cut(recording: Recording, channels: Sequence[Channel], window: float | None, step: float, run_up: float = 0.0) -> Cut:
     """Windows of about that length [s], one behind the other; None: one over everything.
 
-    The first one, and that behind a gap, begins where all channels have begun that do so within ``LATE`` of a window: before, nothing
-    shows what they show. A window that a gap would cut ends where the gap begins, and the next starts behind it. ``run_up`` [s]: the
-    simulation begins so much earlier, so that wheels and contacts have found their loads where the comparison starts; where nothing was
-    recorded before (at the beginning, behind a gap), it starts so much later instead. Windows of a body that points straight up or down, as
-    angles tell it, are left out.
+    The first one begins where all channels have begun that do so within ``FIRST`` of a window: before, nothing shows what they show.
+    Behind a gap, which the simulation bridges, less is waited for those that had begun: ``LATE``. A window that a gap would cut ends where
+    the gap begins, and the next starts behind it. ``run_up`` [s]: the simulation begins so much earlier, so that wheels and contacts have
+    found their loads where the comparison starts; where nothing was recorded before (at the beginning, behind a gap), it starts so much
+    later instead. Windows of a body that points straight up or down, as angles tell it, are left out.
 
     Raises
     ------
@@ -55,8 +55,8 @@ def cut(recording: Recording, channels: Sequence[Channel], window: float | None,
     run_up = _up(min(run_up, 0.5 * window if window is not None else np.inf), step)
     begins, starts, stops = [], [], []
     for first, last in zip(firsts, lasts, strict=True):
-        nexts = [float(t[k]) for t in times if (k := np.searchsorted(t, first)) < len(t)]
-        begin = _up(max(t for t in nexts if t <= first + LATE * (window or 1.0)), step)
+        nexts = [(float(t[k]), LATE if k else FIRST) for t in times if (k := np.searchsorted(t, first)) < len(t)]
+        begin = _up(max(t for t, patience in nexts if t <= first + patience * (window or 1.0)), step)
         length = last - begin - run_up
         if length < max(4 * step, 1e-9):
             continue
