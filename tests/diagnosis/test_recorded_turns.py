@@ -75,6 +75,30 @@ def test_a_component_that_is_late_leaves_the_instrument_whole():
     assert np.abs(after - before).max() < 2 * RATE_NOISE
 
 
+@pytest.mark.parametrize("component", ["x", "pitch"])
+def test_samples_that_are_lost_leave_the_rest_of_the_instrument(component):
+    """A component stands at the end of its range now and then, and what it says there is left out: elsewhere all is known as before, there
+    from the others and from orientations, to what the covariance says. (Without the whole gyro rates were off by 0.1 rad/s, and without
+    whole angles no turn was known.)
+    """
+    orientation, rates = shown(np.random.default_rng(4))
+    lost = [(2.0, 2.05), (3.0, 3.15), (5.0, 5.02)]
+    instants = np.linspace(1, 7, 60)
+    elsewhere = np.all([(instants < first - 0.2) | (instants > last + 0.2) for first, last in lost], axis=0)
+
+    def without(some):
+        if component not in some:
+            return some
+        channel, noise = some[component]
+        kept = ~np.any([(channel.time >= first) & (channel.time <= last) for first, last in lost], axis=0)
+        return {**some, component: (replace(channel, time=channel.time[kept], value=channel.value[kept]), noise)}
+
+    _, before = errors(recorded_turns(orientation, [(rates, True)]), instants)
+    sizes, after = errors(recorded_turns(without(orientation), [(without(rates), True)]), instants)
+    assert np.abs(after - before)[:, elsewhere].max() < 2 * RATE_NOISE
+    assert np.mean(sizes) < 2.0
+
+
 def test_a_bias_is_seen_from_a_reference_that_does_not_share_it():
     """All yaws 0.02 rad too large: the smoothed turns differ by as much about the vertical, and by nothing else, to the second order."""
     orientation, rates = shown(np.random.default_rng(5))

@@ -11,7 +11,7 @@ from rille.diagnosis.inference.judge import Judge
 from rille.diagnosis.inference.screen import screen
 from rille.model.hypothesis import Setting
 from rille.model.recording import Channel
-from toy_evidence import catalogue, effect, named, number, recorded, shape
+from toy_evidence import catalogue, effect, named, number, parameter, recorded, shape
 
 
 def first_of(screened):
@@ -36,6 +36,20 @@ def test_what_acts_beyond_a_threshold_is_found_from_any_first_try(spread):
     assert found.drop > 0.6 * Judge(evidence).excess
     fitted = fit(evidence, (right.at(found.values),))
     assert np.isclose(fitted.setting[0].values[0], 0.3, rtol=0.02)
+
+
+@pytest.mark.parametrize("mass", [0.25, 0.4])
+def test_a_number_that_is_far_too_large_is_found_though_trials_go_up(mass):
+    """Accelerations go with 1/m: from a mass of 1.0 and a trial of 1.1 the linear promise points below the least mass, which is worse than
+    none. Masses in between are tried, not those above.
+    """
+    evidence = recorded((named("mass", "left", mass=mass),), seconds=10)
+    found = first_of(screen(evidence, [parameter("mass", "left", 1.0, 0.1)]))
+    assert found.linear is not None
+    assert found.linear[1]["mass"] == pytest.approx(0.1)
+    assert found.drop > 0.6 * Judge(evidence).excess
+    fitted = fit(evidence, (found.hypothesis.at(found.values),))
+    assert np.isclose(fitted.setting[0].values[0], mass, rtol=0.02)
 
 
 def test_what_changes_nothing_is_silent_and_last():

@@ -1,6 +1,7 @@
 """Rivals of an answer: the settings that they make of it, and where their fits begin."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 from rille.diagnosis.inference.fit import Fitted, fit_together
@@ -9,7 +10,8 @@ from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.moments import is_momentary
 from rille.model.hypothesis import Hypothesis, Setting, Term
 
-RIVALS = 6  # of each accepted piece, that are fitted again
+RIVALS, MOST = 6, 12  # of each accepted piece, that are fitted again: as many at least, and at most
+CLOSE_BEHIND = 0.95  # share of what the best explains, from which on they all are
 TOGETHER = 8  # answers in which two pieces are swapped at once
 FACTORS = (1.0, 0.6, 1.6, 0.36, 2.6)  # of amplitudes, where the same law begins elsewhere
 EITHER_WAY = (0.3, -0.3)  # of amplitudes, where a law about a moment begins at that of another
@@ -42,13 +44,41 @@ def without_doubles(terms: Sequence[Term]) -> list[Term]:
     return found
 
 
-def alternatives(taken: Setting, always: int, rivals: Sequence[Sequence[Term]]) -> list[Setting]:
+@dataclass(frozen=True, slots=True)
+class Rivals:
+    """Terms for the place of a piece, best first. count : of the first of them, that are fitted again beside the piece."""
+
+    terms: tuple[Term, ...] = ()
+    count: int = RIVALS
+
+
+def rivals_of(alike: Sequence[Term], tried: Sequence[Fitted], singles: Sequence[Fitted], without: float) -> Rivals:
+    """The rivals of a piece, at their values so far.
+
+    Starts of windows are still those of the base, under which what is right may be behind what is not: all that are close behind the best
+    are looked at again under the starts of the answer.
+
+    Parameters
+    ----------
+    alike : what changes the residuals as the piece does. tried : fitted under starts of their own. singles : all that were fitted, the best
+        predicting first. without : chi-squared of the base.
+    """
+    most = without - min((one.chi2 for one in singles), default=without)
+    close = sorted((one for one in singles if without - one.chi2 > CLOSE_BEHIND * most), key=lambda one: one.chi2)
+    first = without_doubles([*alike, *(one.setting[-1] for one in (*tried, *close))])
+    terms = without_doubles([*first, *(one.setting[-1] for one in singles)])
+    return Rivals(tuple(terms), min(max(len(first), RIVALS), MOST))
+
+
+def alternatives(taken: Setting, always: int, rivals: Sequence[Rivals]) -> list[Setting]:
     """The setting itself, and each of its pieces against its rivals and simpler ones of its target, whosever rivals they were."""
     found = [taken]
     for k, own in enumerate(rivals, start=always):
         piece = taken[k].hypothesis
-        others = [term for term in own if not same(term.hypothesis, piece)][:RIVALS]
-        others += [t for each in rivals for t in each if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)]
+        others = [term for term in own.terms if not same(term.hypothesis, piece)][: own.count]
+        others += [
+            t for each in rivals for t in each.terms if t.hypothesis.target == piece.target and len(t.hypothesis.free) < len(piece.free)
+        ]
         for term in others:
             setting = (*taken[:k], term, *taken[k + 1 :])
             if not any(same(term.hypothesis, t.hypothesis) for t in taken) and not any(same_pieces(setting, one) for one in found):

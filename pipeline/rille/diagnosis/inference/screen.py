@@ -278,12 +278,14 @@ def _scanned(
 ) -> Inquiry[list[tuple[float, Values]]]:
     """Offers, and better ones from a scan of the amplitude: between the best and its neighbours ever closer, as long as that promises more.
 
-    What acts beyond a threshold does nothing up to it and drowns everything a little farther on.
+    To the side to which the first offer points, though the trial may have gone to the other; without one to the trial's. What acts beyond a
+    threshold does nothing up to it and drowns everything a little farther on.
     """
     number = trial.number
-    side = 1.0 if trial.step > 0 else -1.0
+    aims = [values[number.name] - number.absent for _, values in offers[:1]]
+    side = 1.0 if (aims or [trial.step])[0] > 0 else -1.0
     shape = {**trial.shape, **{k: v for _, values in offers[:1] for k, v in values.items() if k != number.name}}
-    low, high = _scan_range(trial, [abs(values[number.name] - number.absent) for _, values in offers[:1]])
+    low, high = _scan_range(trial, [abs(aim) for aim in aims], side)
     known: dict[float, float] = {}
     for _ in range(SCANS):
         sizes = [float(size) for size in np.geomspace(low, max(high, low), SCANNED) if size not in known]
@@ -302,13 +304,13 @@ def _scanned(
     return offers
 
 
-def _scan_range(trial: _Trial, aims: Sequence[float]) -> tuple[float, float]:
-    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or ``aims``."""
+def _scan_range(trial: _Trial, aims: Sequence[float], side: float) -> tuple[float, float]:
+    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or ``aims``; to a side (1 or -1)."""
     number, size = trial.number, abs(trial.step)
     low, high = trial.weak if 0 < trial.weak < size else SCANNED_FROM * size, trial.strong or max(2.0 * size, *aims, 0.0)
     if trial.jumps:
         low, high = 0.1 * abs(_first_step(number)), 10.0 * abs(_first_step(number))
-    return low, min(high, number.upper - number.absent if trial.step > 0 else number.absent - number.lower)
+    return low, min(high, number.upper - number.absent if side > 0 else number.absent - number.lower)
 
 
 def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquiry[Signature]:

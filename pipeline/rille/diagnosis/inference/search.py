@@ -12,7 +12,7 @@ import numpy as np
 
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.shape_tries import Tries
-from rille.diagnosis.inference.accept import LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
+from rille.diagnosis.inference.accept import LEAST_OF_IT, LEAST_SHARE, differs, is_accepted, is_trifle, loud_channels, noise_of
 from rille.diagnosis.inference.doubt import DOUBTED, brief, doubt, vague
 from rille.diagnosis.inference.fit import Fitted, estimates, fit_together
 from rille.diagnosis.inference.found import Found, leftover_share, named_terms, ranked, stand, verdict_of, with_doubt
@@ -21,9 +21,9 @@ from rille.diagnosis.inference.moments import busy_spans, is_momentary, moment_t
 from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
-from rille.diagnosis.inference.rivals import elsewhere, same
+from rille.diagnosis.inference.rivals import elsewhere, rivals_of, same
 from rille.diagnosis.inference.screen import Screened, screen
-from rille.diagnosis.inference.settle import State, exchange, own_fit, settle
+from rille.diagnosis.inference.settle import State, exchange, own_fit_in_the_end, settle
 from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
@@ -40,6 +40,7 @@ BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from which one may stand in the other's place; so many at most
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what they keep, for that
+BEST = 2  # hypotheses that explain most, for the same, where none is accepted
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
 TOLD = 0.01  # relative width of the bounds of an amplitude that is told beforehand
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
@@ -129,7 +130,7 @@ def _look(
     pair = max(range(len(singles) + 1, len(singles) + len(pairs) + 1), key=lambda i: scores.gain[i], default=None)
     if pair is not None and all(is_accepted(scores, pair, other, judge, tries=n * n, first=first) for other in (order[0], 0)):
         taken = pairs[pair - len(singles) - 1]
-    chances = _second_chances(state, evidence, screened, taken, on_progress)
+    chances = _second_chances(state, evidence, screened, singles, taken, on_progress)
     under = judge.evidence
     if chances and (taken is None or chances[0][0].chi2 < taken.chi2) and state.accepts(chances[0][0], None, n):
         taken, under = chances[0]
@@ -137,8 +138,8 @@ def _look(
         if not singles:
             state.notes.append("no hypothesis changes the recordings towards what was measured")
         return False
-    others = [one.setting[-1] for one, _ in chances] + [singles[i - 1].setting[-1] for i in order]
-    rivals = [[*_alike(screened, piece.hypothesis), *others] for piece in taken.setting[len(judge.on_top) :]]
+    tried, fitted = [one for one, _ in chances], [singles[i - 1] for i in order]
+    rivals = [rivals_of(_alike(screened, piece.hypothesis), tried, fitted, judge.chi2) for piece in taken.setting[len(judge.on_top) :]]
     return settle(state, evidence, taken, [*state.rivals, *rivals], n, on_progress, under=under)
 
 
@@ -159,13 +160,20 @@ def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
 
 
 def _second_chances(
-    state: State, evidence: Evidence, screened: Screened, taken: Fitted | None, on_progress: Progress | None
+    state: State,
+    evidence: Evidence,
+    screened: Screened,
+    singles: Sequence[Fitted],
+    taken: Fitted | None,
+    on_progress: Progress | None,
 ) -> list[tuple[Fitted, Evidence]]:
     """Hypotheses whose signatures promise far more than they keep, and more than the best so far keeps: fitted under starts of their own,
     best first, and the evidence with these.
 
     A wheel that should stand deeper bounces in every window that begins at the depth of the base model. Faults that are there or not, as of
-    a sensor that is turned round, put all starts elsewhere: where nothing fits at all they have their chance, too.
+    a sensor that is turned round, put all starts elsewhere: where nothing fits at all they have their chance, too. So have the best where
+    they explain much and none can be accepted: a flywheel that a ripple catches leaves so much in one window, from the starts of the base,
+    that all others count for nothing.
     """
     judge = state.judge
     kept = judge.chi2 - taken.chi2 if taken is not None else 0.0
@@ -176,11 +184,14 @@ def _second_chances(
         if share * judge.chi2 > max(kept, BROKEN * max(s.drop, LEAST_SHARE * judge.degrees)):
             terms.append(s.hypothesis.at(values))
     terms += _whole_faults(screened, gross=judge.chi2 - kept > GROSS * judge.degrees)
+    if taken is None:
+        much = max(LEAST_OF_IT * judge.excess, LEAST_SHARE * judge.degrees)
+        terms += [one.setting[-1] for one in sorted(singles, key=lambda one: one.chi2)[:BEST] if judge.chi2 - one.chi2 > much]
     found = []
     for k, term in enumerate(terms):
         if on_progress is not None:
             on_progress("trying other starts", k / len(terms))
-        found.append(own_fit(evidence, (*judge.on_top, term), state))
+        found.append(own_fit_in_the_end(evidence, (*judge.on_top, term), state))
     return sorted(found, key=lambda one: one[0].chi2)
 
 

@@ -6,7 +6,7 @@ way to one law that says as much alone.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 
 import numpy as np
@@ -17,7 +17,16 @@ from rille.diagnosis.inference.fit import Fitted, fit_together
 from rille.diagnosis.inference.found import Standing, stand
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.rank import rank
-from rille.diagnosis.inference.rivals import RIVALS, alternatives, fitted_beside, same, same_pieces, swapped_together, without_doubles
+from rille.diagnosis.inference.rivals import (
+    RIVALS,
+    Rivals,
+    alternatives,
+    fitted_beside,
+    same,
+    same_pieces,
+    swapped_together,
+    without_doubles,
+)
 from rille.model.hypothesis import Setting, Term
 
 OWN = 3  # rivals that get starts of their own
@@ -37,7 +46,7 @@ class State:
     first: Judge
     judge: Judge
     pieces: list[Term] = field(default_factory=list)
-    rivals: list[list[Term]] = field(default_factory=list)
+    rivals: list[Rivals] = field(default_factory=list)
     standing: Standing | None = None
     replays: int = 0
     notes: list[str] = field(default_factory=list)
@@ -63,19 +72,33 @@ def own_fit(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted,
     return fitted, linear
 
 
+def own_fit_in_the_end(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted, Evidence]:
+    """``own_fit`` again and again, as long as it explains clearly more: where starts take up most of a law, each is a step of the way."""
+    best = own_fit(evidence, setting, state)
+    for _ in range(ROUNDS - 1):
+        after = own_fit(evidence, best[0].setting, state)
+        gained = best[0].chi2 - after[0].chi2
+        best = after if gained > 0 else best
+        if gained < NATS * best[0].kappa:
+            break
+    return best
+
+
 def settle(
     state: State,
     evidence: Evidence,
     taken: Fitted,
-    rivals: list[list[Term]],
+    rivals: list[Rivals],
     tries: int,
     on_progress: Progress | None = None,
     *,
     under: Evidence,
+    rounds: int = ROUNDS,
 ) -> bool:
     """Settle on ``taken`` (or on a rival of one of its pieces, or on less) and write it into the state; False if nothing new is left of it.
 
     evidence : under the starts of the base. rivals : of each piece of ``taken``. under : the evidence that ``taken`` was fitted to.
+    rounds : how often, at most, it is settled anew because starts of its own have made the answer much better.
     """
     always, standing, linear, bent = len(state.always), None, under, False
     for _ in range(ROUNDS):
@@ -106,7 +129,7 @@ def settle(
         winner = kept[standing.confounded.order[0] - 1]
         needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
         if shorter and not needless and not bent and same_pieces(winner.setting, taken.setting):  # under starts of another it may miss
-            shorter = _best_of_each(shorter, [_own_fit_in_the_end(evidence, one.setting, state)[0] for one in shorter])
+            shorter = _best_of_each(shorter, [own_fit_in_the_end(evidence, one.setting, state)[0] for one in shorter])
             needless = [k for k, one in enumerate(shorter) if not state.accepts(winner, one, tries)]
         if needless:
             k = min(needless, key=lambda k: shorter[k].chi2)
@@ -131,6 +154,9 @@ def settle(
     taken, linear, standing = _to_the_end(state, evidence, taken, linear, standing)
     if not bent or taken.chi2 < before:
         taken, linear, standing = _among_the_close(state, evidence, taken, linear, standing)
+    if rounds > 1 and taken.chi2 < before - LEAST_SHARE * state.first.degrees:  # under such starts others may explain as much
+        if settle(state, evidence, taken, rivals, tries, on_progress, under=linear, rounds=rounds - 1):
+            return True
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
     both = swapped_together(standing, taken.setting, always)
@@ -153,7 +179,7 @@ def exchange(state: State, evidence: Evidence, number: int, term: Term, tries: i
     rough = min(fit_together(state.judge, [[setting] for setting in begun], on_progress=on_progress), key=lambda one: one.chi2)
     own, linear = own_fit(evidence, rough.setting, state)
     here = Judge(linear, own.setting, floor=state.first.floor)
-    rivals = [[state.pieces[k], *each] if k == number else each for k, each in enumerate(state.rivals)]
+    rivals = [replace(each, terms=(state.pieces[k], *each.terms)) if k == number else each for k, each in enumerate(state.rivals)]
     fitted = fit_together(here, [[setting] for setting in alternatives(own.setting, len(state.always), rivals)], on_progress=on_progress)
     state.replays += here.replays
     standing = stand(state.first, linear, fitted)
@@ -179,8 +205,8 @@ def _taking_over(term: Term, piece: Term) -> list[Term]:
 
 
 def _one_for_two(
-    state: State, evidence: Evidence, taken: Fitted, rivals: list[list[Term]], on_progress: Progress | None
-) -> list[tuple[Fitted, list[list[Term]], Evidence]]:
+    state: State, evidence: Evidence, taken: Fitted, rivals: list[Rivals], on_progress: Progress | None
+) -> list[tuple[Fitted, list[Rivals], Evidence]]:
     """Settings with one law in the place of the newest piece and another that says as much with no more numbers, under starts of its own;
     best first, with the rivals of its pieces and the evidence under those starts. Under starts of the base, or of two sensors that are late
     alike, a command that is late explains a part only.
@@ -189,28 +215,16 @@ def _one_for_two(
     drop = state.judge.chi2 - taken.chi2
     *before, newest = taken.setting
     for k in range(always, len(before)):
-        others = without_doubles([t for pair in zip_longest(rivals[k - always], rivals[-1]) for t in pair if t is not None])
+        others = without_doubles([t for pair in zip_longest(rivals[k - always].terms, rivals[-1].terms) for t in pair if t is not None])
         most = len(before[k].hypothesis.free) + len(newest.hypothesis.free)
         instead = [t for t in others if len(t.hypothesis.free) <= most and not any(same(t.hypothesis, p.hypothesis) for p in taken.setting)]
         rough = fit_together(state.judge, [[(*before[:k], t, *before[k + 1 :])] for t in instead[:RIVALS]], on_progress=on_progress)
         within = [one for one in sorted(rough, key=lambda one: one.chi2) if state.judge.chi2 - one.chi2 > WITHIN_REACH * drop]
         for one in within[:OWN]:
-            own, linear = _own_fit_in_the_end(evidence, one.setting, state)
+            own, linear = own_fit_in_the_end(evidence, one.setting, state)
             if rank(evidence, [taken, own], judge=state.judge).ahead[1, 2] < NATS:
-                found.append((own, [*rivals[: k - always], others, *rivals[k - always + 1 : -1]], linear))
+                found.append((own, [*rivals[: k - always], Rivals(tuple(others)), *rivals[k - always + 1 : -1]], linear))
     return sorted(found, key=lambda one: one[0].chi2)
-
-
-def _own_fit_in_the_end(evidence: Evidence, setting: Setting, state: State) -> tuple[Fitted, Evidence]:
-    """``own_fit`` again and again, as long as it explains clearly more: where starts take up most of a law, each is a step of the way."""
-    best = own_fit(evidence, setting, state)
-    for _ in range(ROUNDS - 1):
-        after = own_fit(evidence, best[0].setting, state)
-        gained = best[0].chi2 - after[0].chi2
-        best = after if gained > 0 else best
-        if gained < NATS * best[0].kappa:
-            break
-    return best
 
 
 def _is_worse(here: Judge, taken: Fitted, trifle: float) -> bool:
@@ -229,7 +243,7 @@ def _under_own_starts(state: State, evidence: Evidence, fitted: list[Fitted], co
     for i in reach:
         (found[i],) = _best_of_each([fitted[i]], [own_fit(evidence, fitted[i].setting, state)[0]])
     for i in range(count, len(fitted)):
-        (found[i],) = _best_of_each([fitted[i]], [_own_fit_in_the_end(evidence, fitted[i].setting, state)[0]])
+        (found[i],) = _best_of_each([fitted[i]], [own_fit_in_the_end(evidence, fitted[i].setting, state)[0]])
     return found
 
 
@@ -248,7 +262,7 @@ def _among_the_close(
         for i in confounded.order[1:]
         if scores.ahead[best, i] < nearly or (confounded.number[i] == confounded.number[best] and scores.ahead[best, i] < CLOSE)
     ][:OWN]
-    own = {i: _own_fit_in_the_end(evidence, standing.fitted[i - 1].setting, state) for i in close}
+    own = {i: own_fit_in_the_end(evidence, standing.fitted[i - 1].setting, state) for i in close}
     better = {i: (fitted, under) for i, (fitted, under) in own.items() if fitted.chi2 < standing.fitted[i - 1].chi2}
     if not better:
         return taken, linear, standing
@@ -264,7 +278,7 @@ def _to_the_end(state: State, evidence: Evidence, taken: Fitted, linear: Evidenc
     Where starts take up most of a law (the drift of an angle that nothing else shows) each turn is a step of the way: numbers that stopped
     short are off by more than their errors, and what they leave looks like another piece. Far from the noise a turn is to gain more.
     """
-    own, under = _own_fit_in_the_end(evidence, taken.setting, state)
+    own, under = own_fit_in_the_end(evidence, taken.setting, state)
     if not own.chi2 < taken.chi2 - NATS * taken.kappa:
         return taken, linear, standing
     best = standing.confounded.order[0]

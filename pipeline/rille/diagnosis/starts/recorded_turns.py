@@ -21,7 +21,8 @@ Array = NDArray[np.float64]
 Shown = Mapping[str, tuple[Channel, float]]
 """Channels with their noise by component."""
 FARTHEST = 2.0  # [rad] from the reference: a rotation vector near half a turn is not smooth
-GAP = 3.0  # usual intervals between orientations, beyond which none is made up for a rate in between
+GAP = 3.0  # usual intervals between samples, beyond which none is made up for what lies in between
+LOST = 0.5  # share of its samples that a component of an instrument may lack beside another (its range ended, its radio failed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,28 +82,38 @@ def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> R
 
 
 def _whole(shown: Shown, names: Sequence[str]) -> bool:
-    """Whether all components are there, of one instrument: as many samples of each, though one may be believed to be late."""
-    return all(name in shown for name in names) and len({len(shown[name][0].time) for name in names}) == 1
+    """Whether all components are there, of one instrument: about as many samples of each, though one may be believed to be late and some
+    may be lost.
+    """
+    counts = [len(shown[name][0].time) for name in names if name in shown]
+    return len(counts) == len(names) and min(counts) >= LOST * max(counts)
 
 
 def _together(shown: Shown, names: Sequence[str]) -> tuple[Array, Array, float]:
-    """Instants (n,) [s] of the first component, values (n, k) of all (interpolated to these), and noise, where all are known."""
+    """Instants (n,) [s] of the component with the fewest samples, values (n, k) of all (interpolated to these), and noise, where all are
+    known.
+    """
     instants = [shown[name][0].time - shown[name][0].delay for name in names]
-    values = [_at(instants[0], own, shown[name][0].value, name in ANGLES) for own, name in zip(instants, names, strict=True)]
+    fewest = min(instants, key=len)
+    values = [_at(fewest, own, shown[name][0].value, name in ANGLES) for own, name in zip(instants, names, strict=True)]
     table = np.stack(values, axis=1)
     known = np.isfinite(table).all(axis=1)
-    return instants[0][known], table[known], float(np.mean([shown[name][1] for name in names]))
+    return fewest[known], table[known], float(np.mean([shown[name][1] for name in names]))
 
 
 def _at(instants: Array, time: Array, value: Array, turns: bool) -> Array:
-    """Values at ``instants`` (m,) [s] of samples (n,) at ``time`` (n,) [s]; NaN outside. turns : they are angles."""
+    """Values at ``instants`` (m,) [s] of samples (n,) at ``time`` (n,) [s]; NaN outside, and in gaps. turns : they are angles."""
     if np.array_equal(time, instants):
         return value
     known = np.isfinite(value)
-    if not known.any():
+    time, shown = time[known], np.unwrap(value[known]) if turns else value[known]
+    if len(time) < 2:
         return np.full(len(instants), np.nan)
-    shown = np.unwrap(value[known]) if turns else value[known]
-    return np.interp(instants, time[known], shown, left=np.nan, right=np.nan)
+    after = np.clip(np.searchsorted(time, instants), 1, len(time) - 1)
+    apart, usual = time[after] - time[after - 1], float(np.median(np.diff(time)))
+    at_one = np.minimum(np.abs(time[after] - instants), np.abs(instants - time[after - 1])) < 1e-3 * usual
+    found = np.interp(instants, time, shown, left=np.nan, right=np.nan)
+    return np.where((apart <= GAP * usual) | at_one, found, np.nan)
 
 
 def _turning(shown: Shown, in_body: bool, time: Array, turn: Array, noise: float) -> tuple[Array, Array, Array, float]:
