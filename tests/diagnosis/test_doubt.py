@@ -8,7 +8,7 @@ import pytest
 from rille.diagnosis.inference.doubt import brief, doubt, vague
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
-from rille.diagnosis.inference.rivals import swapped_together
+from rille.diagnosis.inference.rivals import Rivals, swapped_together
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.inference.settle import State, exchange
 from rille.model.diagnosis import Estimate, NamedTerm
@@ -100,7 +100,7 @@ def test_a_wider_law_takes_the_place_of_the_one_that_it_contains(excess, wider):
     judge = Judge(evidence)
     (found,) = fit_together(judge, [[(named("coulomb", "left", force=0.3),)]])
     under = Judge(evidence.relinearised(found.setting), found.setting)
-    state = State(always=(), first=judge, judge=under, pieces=list(found.setting), rivals=[[]])
+    state = State(always=(), first=judge, judge=under, pieces=list(found.setting), rivals=[Rivals()])
     assert exchange(state, evidence, 0, named("stribeck", "left", coulomb=0.0, excess=0.05, speed=0.1), len(CHEAP)) == wider
     (piece,) = state.pieces
     assert piece.hypothesis.kind == ("stribeck" if wider else "coulomb")

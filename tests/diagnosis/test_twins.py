@@ -12,6 +12,7 @@ from rille.diagnosis.evidence.replay_evidence import gather
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind
 from rille.diagnosis.inference.fit import fit_together
 from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.rivals import Rivals
 from rille.diagnosis.inference.search import search
 from rille.diagnosis.inference.settle import State, settle
 from rille.model import Command, Drive, Effect, Gear, InitialJointState, Joint, Scenario
@@ -115,7 +116,7 @@ def test_one_law_is_believed_before_two_that_say_as_much(make_model):
     judge = Judge(evidence)
     state = State(always=(), first=judge, judge=judge)
     (two,) = fit_together(judge, [[tuple(h.at({"delay": 0.004}) for h in delays)]])
-    rivals = [[h.at({"delay": 0.005}) for h in (*delays, command)] for _ in delays]
+    rivals = [Rivals(tuple(h.at({"delay": 0.005}) for h in (*delays, command))) for _ in delays]
     assert settle(state, evidence, two, rivals, len(tried), under=evidence)
     (piece,) = state.pieces
     assert piece.hypothesis.title == "command_delay of hinge1"

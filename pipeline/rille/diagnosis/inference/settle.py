@@ -154,9 +154,9 @@ def settle(
     taken, linear, standing = _to_the_end(state, evidence, taken, linear, standing)
     if not bent or taken.chi2 < before:
         taken, linear, standing = _among_the_close(state, evidence, taken, linear, standing)
-    if rounds > 1 and taken.chi2 < before - LEAST_SHARE * state.first.degrees:  # under such starts others may explain as much
-        if settle(state, evidence, taken, rivals, tries, on_progress, under=linear, rounds=rounds - 1):
-            return True
+    much_better = taken.chi2 < before - LEAST_SHARE * state.first.degrees  # under such starts others may explain as much
+    if rounds > 1 and much_better and settle(state, evidence, taken, rivals, tries, on_progress, under=linear, rounds=rounds - 1):
+        return True
     state.replays += state.judge.replays
     state.judge = Judge(linear, taken.setting, floor=state.first.floor)
     both = swapped_together(standing, taken.setting, always)
