@@ -51,6 +51,12 @@ class LocalMotion:
     placed: bool
 
 
+def reach(widest: float, *times: Array) -> float:
+    """How far [s] a fit may reach for samples at ``times``, of all sensors together: ``widest``, or ``SPARSE`` of their intervals."""
+    apart = np.diff(np.sort(np.concatenate(times)))
+    return max(widest, SPARSE * float(np.median(apart))) if len(apart) else widest
+
+
 def smooth(instants: Array, series: Sequence[Series], *, widest: float, widths: Array | None = None) -> LocalMotion:
     """Motion at ``instants`` (m,) [s] from ``series``; no fit reaches farther than ``widest`` [s] to either side, or than ``SPARSE``
     intervals of samples that are few (a position of one satellite fix per second).
@@ -59,7 +65,7 @@ def smooth(instants: Array, series: Sequence[Series], *, widest: float, widths: 
     """
     series = [_clean(s) for s in series]
     placed = any(s.order == 0 for s in series)
-    widest = max(widest, SPARSE * _interval([s for s in series if s.order == 0 or not placed]))
+    widest = reach(widest, *(s.time for s in series if s.order == 0 or not placed))
     value, covariance = np.zeros((len(instants), 3)), np.zeros((len(instants), 3, 3))
     width, seen = np.zeros(len(instants)), np.zeros(len(instants), dtype=bool)
     for k, instant in enumerate(instants):
@@ -73,12 +79,6 @@ def smooth(instants: Array, series: Sequence[Series], *, widest: float, widths: 
 def _clean(series: Series) -> Series:
     seen = np.isfinite(series.value)
     return Series(order=series.order, time=series.time[seen], value=series.value[seen], noise=max(series.noise, 1e-12))
-
-
-def _interval(series: Sequence[Series]) -> float:
-    """Median interval [s] of the samples of all series together; 0 of fewer than two."""
-    apart = np.diff(np.sort(np.concatenate([s.time for s in series])))
-    return float(np.median(apart)) if len(apart) else 0.0
 
 
 def _at(instant: float, series: Sequence[Series], placed: bool, widest: float) -> tuple[Array, Array, float] | None:

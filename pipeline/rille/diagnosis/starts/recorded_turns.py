@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.diagnosis.starts.kinematic_smoother import LocalMotion, Series, smooth
+from rille.diagnosis.starts.kinematic_smoother import LocalMotion, Series, reach, smooth
 from rille.model.quaternion import conjugate, exponential, from_angles, logarithm, product
 from rille.model.recording import ANGLES, Channel
 
@@ -45,6 +45,7 @@ class RecordedTurns:
     def smooth(self, times: Array, references: Array, widest: float, widths: Sequence[Array] | None = None) -> list[LocalMotion]:
         """Rotation vectors from ``references`` (k, 4) and their rates at ``times`` (k,) [s] by axes of W. The rest as in ``smooth``."""
         parts: list[list[LocalMotion]] = [[], [], []]
+        widest = reach(widest, self.time)
         for k, (instant, reference) in enumerate(zip(times, references, strict=True)):
             at, away = _near(self.time, self.turn, reference, instant, widest)[:2]
             turning = []
