@@ -23,7 +23,7 @@ from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
 from rille.diagnosis.inference.rivals import elsewhere, rivals_of, same
 from rille.diagnosis.inference.screen import Screened, screen
-from rille.diagnosis.inference.settle import State, exchange, own_fit_in_the_end, settle
+from rille.diagnosis.inference.settle import State, exchange, own_fit, own_fit_in_the_end, settle
 from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
 from rille.model.hypothesis import Hypothesis, Setting, Term
@@ -40,7 +40,7 @@ BETTER = 1.1  # drop that a pair must promise, over that of the best piece alone
 ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from which one may stand in the other's place; so many at most
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what they keep, for that
-BEST = 2  # hypotheses that explain most, for the same, where none is accepted
+BEST = 2  # hypotheses that explain most, for the same, where none is accepted; and that are fitted so to the end
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
 TOLD = 0.01  # relative width of the bounds of an amplitude that is told beforehand
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
@@ -191,8 +191,10 @@ def _second_chances(
     for k, term in enumerate(terms):
         if on_progress is not None:
             on_progress("trying other starts", k / len(terms))
-        found.append(own_fit_in_the_end(evidence, (*judge.on_top, term), state))
-    return sorted(found, key=lambda one: one[0].chi2)
+        found.append(own_fit(evidence, (*judge.on_top, term), state))
+    found.sort(key=lambda one: one[0].chi2)
+    best = [own_fit_in_the_end(evidence, one.setting, state) for one, _ in found[:BEST]]  # what one turn leaves may still be much
+    return sorted([*best, *found[BEST:]], key=lambda one: one[0].chi2)
 
 
 def _whole_faults(screened: Screened, *, gross: bool) -> list[Term]:
