@@ -282,10 +282,10 @@ def _scanned(
     threshold does nothing up to it and drowns everything a little farther on.
     """
     number = trial.number
-    aims = [values[number.name] - number.absent for _, values in offers[:1]]
-    side = 1.0 if (aims or [trial.step])[0] > 0 else -1.0
+    aim = offers[0][1][number.name] - number.absent if offers else 0.0
+    side = 1.0 if (aim if offers else trial.step) > 0 else -1.0
     shape = {**trial.shape, **{k: v for _, values in offers[:1] for k, v in values.items() if k != number.name}}
-    low, high = _scan_range(trial, [abs(aim) for aim in aims], side)
+    low, high = _scan_range(trial, abs(aim), side)
     known: dict[float, float] = {}
     for _ in range(SCANS):
         sizes = [float(size) for size in np.geomspace(low, max(high, low), SCANNED) if size not in known]
@@ -304,10 +304,10 @@ def _scanned(
     return offers
 
 
-def _scan_range(trial: _Trial, aims: Sequence[float], side: float) -> tuple[float, float]:
-    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or ``aims``; to a side (1 or -1)."""
+def _scan_range(trial: _Trial, aim: float, side: float) -> tuple[float, float]:
+    """Amplitudes from where nothing was felt, or a small part of the trial, to where too much was, or ``aim``; to a side (1 or -1)."""
     number, size = trial.number, abs(trial.step)
-    low, high = trial.weak if 0 < trial.weak < size else SCANNED_FROM * size, trial.strong or max(2.0 * size, *aims, 0.0)
+    low, high = trial.weak if 0 < trial.weak < size else SCANNED_FROM * size, trial.strong or max(2.0 * size, aim)
     if trial.jumps:
         low, high = 0.1 * abs(_first_step(number)), 10.0 * abs(_first_step(number))
     return low, min(high, number.upper - number.absent if side > 0 else number.absent - number.lower)

@@ -110,22 +110,29 @@ def _at(instants: Array, time: Array, value: Array, turns: bool) -> Array:
     time, shown = time[known], np.unwrap(value[known]) if turns else value[known]
     if len(time) < 2:
         return np.full(len(instants), np.nan)
-    after = np.clip(np.searchsorted(time, instants), 1, len(time) - 1)
-    apart, usual = time[after] - time[after - 1], float(np.median(np.diff(time)))
+    after, near, usual = _behind(time, instants)
     at_one = np.minimum(np.abs(time[after] - instants), np.abs(instants - time[after - 1])) < 1e-3 * usual
     found = np.interp(instants, time, shown, left=np.nan, right=np.nan)
-    return np.where((apart <= GAP * usual) | at_one, found, np.nan)
+    return np.where(near | at_one, found, np.nan)
+
+
+def _behind(time: Array, instants: Array) -> tuple[NDArray[np.int64], NDArray[np.bool_], float]:
+    """Places (m,) in ``time`` (n,) [s], two or more, of the samples behind instants (m,) [s]; whether these are near the ones before them,
+    within ``GAP`` usual intervals; and the usual interval [s].
+    """
+    after = np.clip(np.searchsorted(time, instants), 1, len(time) - 1)
+    usual = float(np.median(np.diff(time)))
+    return after, time[after] - time[after - 1] <= GAP * usual, usual
 
 
 def _turning(shown: Shown, in_body: bool, time: Array, turn: Array, noise: float) -> tuple[Array, Array, Array, float]:
     """An entry of ``rates``, at the instants between two orientations that are near."""
     at, rate, own = _together(shown, tuple("xyz"))
-    after = np.clip(np.searchsorted(time, at), 1, max(len(time) - 1, 1))
     if len(time) < 2:
         return at[:0], turn[:0], rate[:0], own
-    step = time[after] - time[after - 1]
-    share = (at - time[after - 1]) / step
-    between = (share >= 0) & (share <= 1) & (step <= GAP * np.median(np.diff(time)))
+    after, near, _ = _behind(time, at)
+    share = (at - time[after - 1]) / (time[after] - time[after - 1])
+    between = (share >= 0) & (share <= 1) & near
     after, share, at, rate = after[between], share[between], at[between], rate[between]
     before = turn[after - 1]
     here = product(exponential(share[:, None] * logarithm(product(turn[after], conjugate(before)))), before)
