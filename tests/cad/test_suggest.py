@@ -360,6 +360,63 @@ def test_wheels_are_found_with_their_grousers(drawn, grousers):
             assert wheel.grouser_thickness == pytest.approx(0.004, rel=0.05)
 
 
+def stilted_cart(wheel, aside: float, *more):
+    """A deck on four struts with a wheel (axle along y) beside each, ``aside`` [mm] from the strut's middle, without a bearing."""
+    import cadquery as cq
+
+    machine = cq.Assembly(name="m").add(cq.Workplane(origin=(0, 0, 260)).box(700, 400, 120), name="deck")
+    for k, (x, side) in enumerate((x, side) for x in (-280, 280) for side in (-1, 1)):
+        machine.add(cq.Workplane(origin=(x, 210 * side, 180)).box(30, 20, 200), name=f"strut_{k}")
+        for n, part in enumerate((wheel, *more)):
+            machine.add(part, name=f"round_{k}_{n}", loc=cq.Location((x, (210 + aside) * side, 120)))
+    return machine
+
+
+def disc(radius: float, width: float, bore: float = 0.0):
+    """Axle along y, millimetres."""
+    import cadquery as cq
+
+    drawn = cq.Workplane("XZ").circle(radius)
+    return (drawn.circle(bore) if bore else drawn).extrude(width / 2, both=True)
+
+
+@pytest.mark.parametrize("aside", [pytest.param(65, id="drawn into"), pytest.param(70, id="touching"), pytest.param(95, id="beside")])
+def test_wheels_without_a_bearing_are_found(drawn, aside):
+    """Contacts show one body, a flat contact or none: the machine stands on four alike round parts all the same."""
+    _, found = drawn(stilted_cart(disc(120, 120), aside))
+    assert len(found.wheels) == len(sure(found)) == 4
+    assert len(found.bodies) == 5
+    for joint in sure(found):
+        assert joint.parent == found.root
+        assert same_axis(joint, [joint.point[0], 0, 0.120], [0, 1, 0])
+        assert "a bearing on its axis is not drawn" in joint.evidence[0]
+
+
+def test_tyre_and_hub_of_a_wheel_without_a_bearing_turn_together(drawn):
+    """A disc pressed 1 mm into its tyre; with a running clearance the tyre would turn on the disc."""
+    assembly, found = drawn(stilted_cart(disc(120, 120, bore=69), 70, disc(70, 120)))
+    assert len(found.wheels) == 4
+    assert {"round_0_0", "round_0_1"} in paths(assembly, found)
+
+
+@pytest.mark.parametrize(
+    ("radius", "width"), [pytest.param(120, 400, id="rollers"), pytest.param(12, 10, id="beads")]
+)
+def test_what_is_no_wheel_in_size_needs_a_bearing(drawn, radius, width):
+    """Rollers wider than three radii; beads smaller than a fiftieth of the machine."""
+    _, found = drawn(stilted_cart(disc(radius, width), width / 2 + 10))
+    assert found.wheels == ()
+
+
+def test_round_parts_that_do_not_touch_the_ground_are_no_wheels(drawn):
+    """Four alike discs at the sides of a box that is lower than they are."""
+    import cadquery as cq
+
+    low = stilted_cart(disc(120, 120), 70).add(cq.Workplane(origin=(0, 0, 90)).box(600, 300, 240), name="belly")
+    _, found = drawn(low)
+    assert found.wheels == ()
+
+
 def test_left_and_right_are_found_alike(drawn):
     """Two arms of different shape, one the mirror image of the other, hinged on both sides of a base."""
     import cadquery as cq

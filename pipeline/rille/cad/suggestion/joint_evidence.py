@@ -39,6 +39,7 @@ WEIGHTS = {
     "nothing else": 0.30,  # what it carries is held by nothing else
     "sub-assemblies": 0.15,  # drawn as separate sub-assemblies
     "repeated": 0.20,  # the same joint is there several times
+    "stands": 0.15,  # the machine stands on it, and its bearing is not drawn
     "wheel": 0.60,  # it carries a wheel on its axis
     "words": 0.35,  # the parts are called motor, servo, bearing, ...
     "ball": 0.60,  # a ball in a socket
@@ -272,6 +273,11 @@ class JointEvidence:
         )
         made = Candidate(a=a, b=b, kind="hinge", point=fit.point, axis=fit.axis, radius=fit.hole, found=[("wide fit", text)])
         return self._common(made, self.g.between(a, b))
+
+    def unheld(self, a: int, b: int, line: Line, i: int, j: int) -> Candidate:
+        """A hinge about the axis of a wheel that no bearing holds, between its solid i and j of what carries it."""
+        text = f"the machine stands on {self.path(i)}; a bearing on its axis is not drawn, its holder would be {self.path(j)}"
+        return self._common(Candidate(a=a, b=b, kind="hinge", point=line.point, axis=line.axis, found=[("stands", text)]), Between())
 
     def path(self, i: int) -> str:
         """Path of a solid below the root, quoted."""

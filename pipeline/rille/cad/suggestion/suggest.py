@@ -1,22 +1,24 @@
 """What geometry tells about a mechanism: bodies, joints and wheels, each with its evidence and a confidence.
 
 Rigid groups (``grouping``), joints between them (``joint_evidence``) and wheels (``wheel_search``) become one tree here: what is under
-``THRESHOLD`` is taken for rigid, what closes a circle is set aside.
+``THRESHOLD`` is taken for rigid, what closes a circle is set aside. Where the machine stands on wheels that nothing hinges
+(``unheld_wheels``), all is judged once more with a hinge for each of them.
 """
 
 import math
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.files.assembly import Assembly
-from rille.cad.suggestion.contact import coaxial, facing, find_contacts, near_pairs, place_solids, seat_balls
+from rille.cad.suggestion.contact import Contact, PlacedSolid, coaxial, facing, find_contacts, near_pairs, place_solids, seat_balls
 from rille.cad.suggestion.grouping import SMALL, Grouping, Line
 from rille.cad.suggestion.joint_evidence import Candidate, JointEvidence
 from rille.cad.suggestion.mobility import positive
+from rille.cad.suggestion.unheld_wheels import UnheldWheel, unheld_wheels, without_holders
 from rille.cad.suggestion.values import THRESHOLD, SuggestedBody, SuggestedJoint, SuggestedWheel, Suggestions
 from rille.cad.suggestion.wheel_search import Wheel, WheelSearch
 from rille.cad.suggestion.wording import mm
@@ -32,27 +34,40 @@ def suggest(assembly: Assembly, progress: Callable[[str, float], None] | None = 
         return Suggestions(bodies=(), joints=(), wheels=(), root="", notes=("no part has a solid, so nothing has a mass or can move",))
     contacts = seat_balls(solids, find_contacts(solids, lambda what, f: say(what, 0.4 + 0.4 * f)))
     say("grouping", 0.8)
-    grouping = Grouping(solids, contacts)
-    grouping.solve()
-    result = _Judge(assembly, grouping).result(lambda what, f: say(what, 0.85 + 0.15 * f))
+    judge = _Judge(assembly, _grouped(solids, contacts))
+    result = judge.result(lambda what, f: say(what, 0.85 + 0.1 * f))
+    unheld = unheld_wheels(judge.wheels, result.accepted)
+    if unheld:
+        judge = _Judge(assembly, _grouped(solids, without_holders(unheld, contacts)), unheld, judge.wheels)
+        result = judge.result(lambda what, f: say(what, 0.95 + 0.05 * f))
     say("done", 1.0)
     return result
+
+
+def _grouped(solids: list[PlacedSolid], contacts: list[Contact]) -> Grouping:
+    grouping = Grouping(solids, contacts)
+    grouping.solve()
+    return grouping
 
 
 class _Judge:
     """From rigid groups to suggestions."""
 
-    def __init__(self, assembly: Assembly, grouping: Grouping) -> None:
+    def __init__(
+        self, assembly: Assembly, grouping: Grouping, unheld: Sequence[UnheldWheel] = (), wheels: WheelSearch | None = None
+    ) -> None:
         self.assembly = assembly
         self.g = grouping
+        self.unheld = unheld
         self.notes: list[str] = []
         self.assumed: dict[int, list[str]] = defaultdict(list)
         self.joints = JointEvidence(assembly, grouping)
-        self.wheels = WheelSearch(assembly, grouping)
+        self.wheels = WheelSearch(assembly, grouping, wheels)
         self.candidates: list[Candidate] = []
 
     def result(self, say: Callable[[str, float], None]) -> Suggestions:
         self.candidates = [c for a, b in self.g.pairs() if (c := self.joints.candidate(a, b)) is not None]
+        self._hold_wheels()
         self._hold_floating()
         say("wheels", 0.3)
         self._wheels()
@@ -61,6 +76,19 @@ class _Judge:
         return self._suggestions()
 
     # --- what nothing holds
+
+    def _hold_wheels(self) -> None:
+        """Hinge wheels without a bearing to their nearest neighbours."""
+        wheels = set().union(*(w.solids for w in self.unheld))
+        others = [j for j in range(len(self.g.bodies)) if j not in wheels]
+        for wheel in self.unheld:
+            nearest = min(((*self._apart(i, j), i, j) for i in wheel.solids for j in others), default=None)
+            if nearest is None:
+                continue
+            *_, i, j = nearest
+            a, b = self.g.group[i], self.g.group[j]
+            if a != b and not any(a in (c.a, c.b) for c in self.candidates):
+                self.candidates.append(self.joints.unheld(a, b, wheel.line, i, j))
 
     def _hold_floating(self) -> None:
         """Find for every part of the machine that nothing touches what holds it across a gap, else join it to its nearest neighbour."""
@@ -129,7 +157,7 @@ class _Judge:
         mine = [i for k in island for i in self.g.members[k]]
         inside = set(mine)
         others = [i for i in range(len(self.g.bodies)) if i not in inside]
-        nearest = min(((self._apart(i, j), -self._common_path(i, j), i, j) for i in mine for j in others), default=None)
+        nearest = min(((*self._apart(i, j), i, j) for i in mine for j in others), default=None)
         if nearest is None:
             return
         gap, _, i, j = nearest
@@ -144,9 +172,10 @@ class _Judge:
         one, other = self.g.bodies[i].path.split("/"), self.g.bodies[j].path.split("/")
         return next((k for k, (x, y) in enumerate(zip(one, other, strict=False)) if x != y), min(len(one), len(other)))
 
-    def _apart(self, i: int, j: int) -> float:
+    def _apart(self, i: int, j: int) -> tuple[float, int]:
+        """Distance of the boxes of two solids [m]; of as near ones those that are drawn in one sub-assembly come first."""
         one, other = self.g.bodies[i], self.g.bodies[j]
-        return float(np.linalg.norm(np.maximum(0, np.maximum(one.low - other.high, other.low - one.high))))
+        return float(np.linalg.norm(np.maximum(0, np.maximum(one.low - other.high, other.low - one.high)))), -self._common_path(i, j)
 
     def _merge(self, a: int, b: int) -> None:
         """Make two groups one, and keep the candidates right."""
@@ -213,7 +242,7 @@ class _Judge:
                 c.doubts.append(("end of the chain", "it carries nothing: it may be a pillar, a foot or a cap"))
             if (
                 c.kind == "hinge"
-                and "nothing else" not in {k for k, _ in c.found}
+                and not {"nothing else", "stands"} & {k for k, _ in c.found}
                 and (is_wheel or {"rotor", "round ends"} & {k for k, _ in c.found})
             ):
                 c.found.append(("nothing else", "the two sides meet nowhere else"))

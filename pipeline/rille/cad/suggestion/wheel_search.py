@@ -17,6 +17,7 @@ from rille.cad.suggestion.wording import mm
 
 Array = NDArray[np.float64]
 
+BALANCED = 0.02  # of a part's size: a wheel's centre of volume is nearer to its axis
 ALIKE = 0.01  # relative: radii of wheels that are meant to be the same
 _WHEEL = re.compile(r"wheel|tyre|tire|rad(?![a-z])|rim(?![a-z])|roue", re.IGNORECASE)
 
@@ -35,23 +36,23 @@ class Wheel:
 
 
 class WheelSearch:
-    """Looks for wheels; symmetries are found once per part."""
+    """Looks for wheels; symmetries are found once per part. before : a search in other groups of the same assembly."""
 
-    def __init__(self, assembly: Assembly, grouping: Grouping) -> None:
+    def __init__(self, assembly: Assembly, grouping: Grouping, before: "WheelSearch | None" = None) -> None:
         self.assembly = assembly
         self.g = grouping
-        self.symmetries: dict[int, RotationalSymmetry | None] = {}
+        self.symmetries: dict[int, RotationalSymmetry | None] = before.symmetries if before else {}
 
     def find(self, group: int, holder: int, line: Line, radius: float) -> Wheel | None:
         """The wheel of a group that is hinged to ``holder`` on a line by a shaft of some radius [m]; None if it has none."""
         best = max(self._round_parts(group, line), key=lambda one: one.symmetry.radius, default=None)
-        if (
-            best is None
-            or best.symmetry.rim_radius < max(1.5 * radius, 0.02 * self.g.size)
-            or best.symmetry.width > 3 * best.symmetry.radius
-        ):
+        if best is None or best.symmetry.rim_radius < 1.5 * radius or not self.is_wheel_sized(best.symmetry):
             return None
         return best if self._is_free(best, holder) else None
+
+    def is_wheel_sized(self, symmetry: RotationalSymmetry) -> bool:
+        """Whether something round is neither tiny beside its machine nor a roller."""
+        return symmetry.rim_radius >= 0.02 * self.g.size and symmetry.width <= 3 * symmetry.radius
 
     def on_its_axle(self, wheel: Wheel) -> list[Wheel]:
         """Other parts of a wheel's group that are as large and far along its axis: wheels that are fixed to one axle with it."""
@@ -66,19 +67,30 @@ class WheelSearch:
     def _round_parts(self, group: int, line: Line) -> Iterator[Wheel]:
         """Parts of a group that are round about a line and balanced."""
         for instance in sorted({self.g.bodies[i].instance for i in self.g.members[group] if self.g.bodies[i].size > SMALL * self.g.size}):
-            placed = self.assembly.instances[instance]
-            prototype = self.assembly.prototypes[placed.prototype]
-            middle = placed.matrix[:3, :3] @ prototype.volume.com + placed.matrix[:3, 3]
-            if line.distance(middle) > 0.02 * float(np.linalg.norm(prototype.bounds[1] - prototype.bounds[0])):
-                continue  # a wheel is balanced
-            symmetry = self._symmetry(placed.prototype)
-            if symmetry is None or not symmetry.round:
+            if self._middle_off(instance, line) > BALANCED:
                 continue
-            center = placed.matrix[:3, :3] @ symmetry.point + placed.matrix[:3, 3]
-            axis = placed.matrix[:3, :3] @ symmetry.axis
-            if np.linalg.norm(np.cross(axis, line.axis)) > 5e-3 or line.distance(center) > 5 * COAXIAL:
-                continue
-            yield Wheel(group=group, instance=instance, symmetry=symmetry, center=center, axis=positive(axis), evidence=[])
+            wheel = self.round_part(group, instance)
+            if wheel is not None and np.linalg.norm(np.cross(wheel.axis, line.axis)) < 5e-3 and line.distance(wheel.center) < 5 * COAXIAL:
+                yield wheel
+
+    def round_part(self, group: int, instance: int) -> Wheel | None:
+        """An instance as a wheel of a group, if it is round about an axis and balanced."""
+        placed = self.assembly.instances[instance]
+        symmetry = self._symmetry(placed.prototype)
+        if symmetry is None or not symmetry.round:
+            return None
+        center = placed.matrix[:3, :3] @ symmetry.point + placed.matrix[:3, 3]
+        axis = positive(placed.matrix[:3, :3] @ symmetry.axis)
+        if self._middle_off(instance, Line(point=center, axis=axis)) > BALANCED:
+            return None
+        return Wheel(group=group, instance=instance, symmetry=symmetry, center=center, axis=axis, evidence=[])
+
+    def _middle_off(self, instance: int, line: Line) -> float:
+        """Distance of the centre of volume from a line, over the part's size."""
+        placed = self.assembly.instances[instance]
+        prototype = self.assembly.prototypes[placed.prototype]
+        middle = placed.matrix[:3, :3] @ prototype.volume.com + placed.matrix[:3, 3]
+        return line.distance(middle) / float(np.linalg.norm(prototype.bounds[1] - prototype.bounds[0]))
 
     def _symmetry(self, prototype: int) -> RotationalSymmetry | None:
         if prototype not in self.symmetries:
