@@ -399,9 +399,7 @@ def test_tyre_and_hub_of_a_wheel_without_a_bearing_turn_together(drawn):
     assert {"round_0_0", "round_0_1"} in paths(assembly, found)
 
 
-@pytest.mark.parametrize(
-    ("radius", "width"), [pytest.param(120, 400, id="rollers"), pytest.param(12, 10, id="beads")]
-)
+@pytest.mark.parametrize(("radius", "width"), [pytest.param(120, 400, id="rollers"), pytest.param(12, 10, id="beads")])
 def test_what_is_no_wheel_in_size_needs_a_bearing(drawn, radius, width):
     """Rollers wider than three radii; beads smaller than a fiftieth of the machine."""
     _, found = drawn(stilted_cart(disc(radius, width), width / 2 + 10))

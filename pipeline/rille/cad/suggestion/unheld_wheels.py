@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.suggestion.contact import Contact
-from rille.cad.suggestion.grouping import LARGER, PARALLEL, SMALL, Grouping, Line, outer_radius
+from rille.cad.suggestion.contact import PARALLEL, Contact
+from rille.cad.suggestion.grouping import LARGER, SMALL, Grouping, Line, outer_radius
 from rille.cad.suggestion.values import SuggestedJoint
 from rille.cad.suggestion.wheel_search import Wheel, WheelSearch
 
