@@ -86,6 +86,8 @@ class _Judge:
             if nearest is None:
                 continue
             *_, i, j = nearest
+            for solid in wheel.solids:
+                self._merge(self.g.group[solid], self.g.group[i])
             a, b = self.g.group[i], self.g.group[j]
             if a != b and not any(a in (c.a, c.b) for c in self.candidates):
                 self.candidates.append(self.joints.unheld(a, b, wheel.line, i, j))

@@ -34,6 +34,7 @@ def compare_windows(
     window: float = 0.5,
     noise: Noise | None = None,
     rough: float | None = None,
+    far: float = 1.0,
     on_progress: Progress = None,
 ) -> Comparison:
     """Replays a recording in windows, each from its own start state.
@@ -48,13 +49,13 @@ def compare_windows(
     ----------
     simulator : as ``rille.simulate.Replayer``; it takes the recording's commands. noise : of channels by name, as of ``shared_noise`` over
         recordings of the same sensors; None: from this recording. rough : step [s] that is good enough for derivatives, a multiple of the
-        simulator's; None: its own.
+        simulator's; None: its own. far : as of ``fit_starts``: with 0 what is not fitted near the smoothed starts counts as misfit at once.
 
     Raises
     ------
     InputRefused : for commands that do not fit the drives, targets that the model lacks, no channel that shows the state, a bad window.
     """
-    return _compare(simulator, recording, window, noise, on_progress, rough)
+    return _compare(simulator, recording, window, noise, on_progress, rough, far)
 
 
 def compare_whole(simulator: Any, recording: Recording, *, noise: Noise | None = None, on_progress: Progress = None) -> Comparison:
@@ -74,7 +75,13 @@ def _refuse_without_noise(recording: Recording, names: Sequence[str]) -> None:
 
 
 def _compare(
-    simulator: Any, recording: Recording, window: float | None, known: Noise | None, on_progress: Progress, rough: float | None = None
+    simulator: Any,
+    recording: Recording,
+    window: float | None,
+    known: Noise | None,
+    on_progress: Progress,
+    rough: float | None = None,
+    far: float = 1.0,
 ) -> Comparison:
     simulator.drive_by(recording)
     observed = with_steady_turns(recording.with_role("observed"))
@@ -96,7 +103,7 @@ def _compare(
         def error(states: Array) -> tuple[Array, ...]:
             return step_error(simulator, states, parts.stops, some)[0]
 
-        return fit_starts_doubting(simulator, starts, parts.stops, some, on_progress, error=error if short else None, rough=larger)
+        return fit_starts_doubting(simulator, starts, parts.stops, some, on_progress, error=error if short else None, rough=larger, far=far)
 
     fit = fitted_to(heard)
     off: Sequence[Array] = [np.zeros(len(s.time)) for s in samples]

@@ -209,18 +209,20 @@ def fit_starts(
     )
 
 
-def fit_starts_doubting(simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples], *args: Any, **options: Any) -> StartFit:
-    """As ``fit_starts``; where a few windows are not fitted (``FAR``), their smoothed starts are doubted (``Starts.doubted``), and those
-    that fit then count.
+def fit_starts_doubting(
+    simulator: Any, starts: Starts, stops: Array, samples: Sequence[Samples], *args: Any, far: float = 1.0, **options: Any
+) -> StartFit:
+    """As ``fit_starts``; where a few windows are not fitted (``FAR``, at most ``far``), their smoothed starts are doubted
+    (``Starts.doubted``), and those that fit then count.
     """
-    fit = fit_starts(simulator, starts, stops, samples, *args, **options)
-    if not 0 < len(fit.unfit) <= FAR * len(stops):
+    fit = fit_starts(simulator, starts, stops, samples, *args, far=far, **options)
+    if not 0 < len(fit.unfit) <= min(FAR, far) * len(stops):
         return fit
-    doubted = fit_starts(simulator, starts.doubted(fit.unfit), stops, samples, *args, **options)
+    doubted = fit_starts(simulator, starts.doubted(fit.unfit), stops, samples, *args, far=far, **options)
     saved = np.setdiff1d(fit.unfit, doubted.unfit)
     if not len(saved):
         return fit
-    return doubted if not len(doubted.unfit) else fit_starts(simulator, starts.doubted(saved), stops, samples, *args, **options)
+    return doubted if not len(doubted.unfit) else fit_starts(simulator, starts.doubted(saved), stops, samples, *args, far=far, **options)
 
 
 def _linearised(
