@@ -23,7 +23,6 @@ from rille.proof.trials import TRAINING, Drawn
 
 MOST_DRAWS = 12
 NEAREST = 2  # of the laws that may stand for one, that are looked at closely
-BEHIND = 2.0  # times as much as another leaves: such a law is not looked at again
 FARTHER = 6.0  # times the first size of a law, where that shows nothing
 APART = 0.3  # in logarithms: the first two sizes of another law that are tried
 CLOSE = 0.005  # relative, of that logarithm: so close to the size at which it explains most,
@@ -166,10 +165,7 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
             here = shown(hidden, size)
             if here is None:
                 return np.inf, ""
-            found = [left_by(here, other, begin * size / first) for other, begin in nearest]
-            least = min(found, key=lambda one: one[0])
-            nearest[:] = [one for one, (much, _) in zip(nearest, found, strict=True) if much <= BEHIND * least[0]]
-            return least
+            return min((left_by(here, other, begin * size / first) for other, begin in nearest), key=lambda one: one[0])
 
         size, found, channel = find_size(unexplained, wanted, size, hidden.most, hidden.least)
     return Piece(hidden=hidden, size=size, strength=found, channel=channel)

@@ -277,7 +277,8 @@ class JointEvidence:
     def unheld(self, a: int, b: int, line: Line, i: int, j: int) -> Candidate:
         """A hinge about the axis of a wheel that no bearing holds, between its solid i and j of what carries it."""
         text = f"the machine stands on {self.path(i)}; a bearing on its axis is not drawn, its holder would be {self.path(j)}"
-        return self._common(Candidate(a=a, b=b, kind="hinge", point=line.point, axis=line.axis, found=[("stands", text)]), Between())
+        made = Candidate(a=a, b=b, kind="hinge", point=line.point, axis=line.axis, found=[("stands", text)])
+        return self._common(made, self.g.between(a, b))
 
     def path(self, i: int) -> str:
         """Path of a solid below the root, quoted."""

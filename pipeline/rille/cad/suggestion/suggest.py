@@ -8,7 +8,7 @@ Rigid groups (``grouping``), joints between them (``joint_evidence``) and wheels
 import math
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,14 +38,18 @@ def suggest(assembly: Assembly, progress: Callable[[str, float], None] | None = 
     result = judge.result(lambda what, f: say(what, 0.85 + 0.1 * f))
     unheld = unheld_wheels(judge.wheels, result.accepted)
     if unheld:
-        judge = _Judge(assembly, _grouped(solids, without_holders(unheld, contacts)), unheld, judge.wheels)
+        judge = _Judge(assembly, _grouped(solids, contacts, unheld), unheld, judge.wheels)
         result = judge.result(lambda what, f: say(what, 0.95 + 0.05 * f))
     say("done", 1.0)
     return result
 
 
-def _grouped(solids: list[PlacedSolid], contacts: list[Contact]) -> Grouping:
-    grouping = Grouping(solids, contacts)
+def _grouped(solids: list[PlacedSolid], contacts: list[Contact], unheld: Sequence[UnheldWheel] = ()) -> Grouping:
+    """Rigid groups; each wheel without a bearing is one, apart from what carries it."""
+    grouping = Grouping(solids, without_holders(unheld, contacts))
+    for wheel in unheld:
+        for solid in wheel.solids:
+            grouping.merge(min(wheel.solids), solid)
     grouping.solve()
     return grouping
 
@@ -82,15 +86,11 @@ class _Judge:
         wheels = set().union(*(w.solids for w in self.unheld))
         others = [j for j in range(len(self.g.bodies)) if j not in wheels]
         for wheel in self.unheld:
-            nearest = min(((*self._apart(i, j), i, j) for i in wheel.solids for j in others), default=None)
-            if nearest is None:
-                continue
-            *_, i, j = nearest
-            for solid in wheel.solids:
-                self._merge(self.g.group[solid], self.g.group[i])
-            a, b = self.g.group[i], self.g.group[j]
-            if a != b and not any(a in (c.a, c.b) for c in self.candidates):
-                self.candidates.append(self.joints.unheld(a, b, wheel.line, i, j))
+            nearest = self._nearest(wheel.solids, others)
+            a = self.g.group[min(wheel.solids)]
+            if nearest is not None and not any(a in (c.a, c.b) for c in self.candidates):  # two wheels of one axle have one hinge
+                *_, i, j = nearest
+                self.candidates.append(self.joints.unheld(a, self.g.group[j], wheel.line, i, j))
 
     def _hold_floating(self) -> None:
         """Find for every part of the machine that nothing touches what holds it across a gap, else join it to its nearest neighbour."""
@@ -159,7 +159,7 @@ class _Judge:
         mine = [i for k in island for i in self.g.members[k]]
         inside = set(mine)
         others = [i for i in range(len(self.g.bodies)) if i not in inside]
-        nearest = min(((*self._apart(i, j), i, j) for i in mine for j in others), default=None)
+        nearest = self._nearest(mine, others)
         if nearest is None:
             return
         gap, _, i, j = nearest
@@ -174,10 +174,15 @@ class _Judge:
         one, other = self.g.bodies[i].path.split("/"), self.g.bodies[j].path.split("/")
         return next((k for k, (x, y) in enumerate(zip(one, other, strict=False)) if x != y), min(len(one), len(other)))
 
-    def _apart(self, i: int, j: int) -> tuple[float, int]:
-        """Distance of the boxes of two solids [m]; of as near ones those that are drawn in one sub-assembly come first."""
+    def _nearest(self, mine: Iterable[int], others: Sequence[int]) -> tuple[float, int, int, int] | None:
+        """The nearest of ``others`` to some solids: (distance of the boxes [m], - length of the common path, one of ``mine``, that one); of
+        as near ones one of the same sub-assembly. None without others.
+        """
+        return min(((self._apart(i, j), -self._common_path(i, j), i, j) for i in mine for j in others), default=None)
+
+    def _apart(self, i: int, j: int) -> float:
         one, other = self.g.bodies[i], self.g.bodies[j]
-        return float(np.linalg.norm(np.maximum(0, np.maximum(one.low - other.high, other.low - one.high)))), -self._common_path(i, j)
+        return float(np.linalg.norm(np.maximum(0, np.maximum(one.low - other.high, other.low - one.high))))
 
     def _merge(self, a: int, b: int) -> None:
         """Make two groups one, and keep the candidates right."""

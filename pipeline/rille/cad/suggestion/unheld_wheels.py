@@ -5,7 +5,7 @@ round and balanced, reaches as far as anything else of the machine on one side a
 that direction, and shape, twins, grousers and name make it a wheel (``WheelSearch.judge``) though no hinge was found on its axis.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,18 +36,14 @@ def unheld_wheels(search: WheelSearch, found: Iterable[SuggestedJoint]) -> list[
     held = [(set(j.moving), Line(point=j.point, axis=j.axis)) for j in found if j.kind == "hinge"]
 
     def is_held(wheel: Wheel) -> bool:
-        return any(wheel.instance in moving and line.same(_line(wheel)) for moving, line in held)
+        return any(wheel.instance in moving and line.same(wheel.line) for moving, line in held)
 
-    return [UnheldWheel(line=_line(w), solids=_turning(search.g, w)) for w in _standing(search) if not is_held(w)]
+    return [UnheldWheel(line=w.line, solids=_turning(search.g, w)) for w in _standing(search) if not is_held(w)]
 
 
-def without_holders(wheels: list[UnheldWheel], contacts: Iterable[Contact]) -> list[Contact]:
+def without_holders(wheels: Sequence[UnheldWheel], contacts: Iterable[Contact]) -> list[Contact]:
     """Contacts without those between a wheel and what does not turn with it."""
     return [c for c in contacts if not any((c.first in w.solids) != (c.second in w.solids) for w in wheels)]
-
-
-def _line(wheel: Wheel) -> Line:
-    return Line(point=wheel.center, axis=wheel.axis)
 
 
 def _standing(search: WheelSearch) -> list[Wheel]:
@@ -67,9 +63,9 @@ def _lowest(search: WheelSearch, down: Array) -> Iterable[Wheel]:
     bodies = search.g.bodies
     reach = [float((b.corners @ down).max()) for b in bodies]
     lowest = max(reach)
-    low = {i for i, b in enumerate(bodies) if b.size > SMALL * search.g.size and reach[i] > lowest - REACH * b.size}
-    for instance in sorted({bodies[i].instance for i in low}):
-        wheel = search.round_part(next(search.g.group[i] for i in low if bodies[i].instance == instance), instance)
+    low = [i for i, b in enumerate(bodies) if b.size > SMALL * search.g.size and reach[i] > lowest - REACH * b.size]
+    for instance, group in sorted({bodies[i].instance: search.g.group[i] for i in low}.items()):
+        wheel = search.round_part(group, instance)
         if wheel is None or not search.is_wheel_sized(wheel.symmetry) or abs(float(wheel.axis @ down)) > PARALLEL:
             continue
         if float(wheel.center @ down) + wheel.symmetry.radius > lowest - REACH * wheel.symmetry.radius:
@@ -78,7 +74,7 @@ def _lowest(search: WheelSearch, down: Array) -> Iterable[Wheel]:
 
 def _turning(grouping: Grouping, wheel: Wheel) -> frozenset[int]:
     """Solids of a wheel, and what touches them and lies within its rim: tyre, spokes, hub, axle."""
-    line, half = _line(wheel), wheel.symmetry.width / 2
+    line, half = wheel.line, wheel.symmetry.width / 2
     inside = {
         i
         for i, body in enumerate(grouping.bodies)

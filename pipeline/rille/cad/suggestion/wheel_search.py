@@ -34,6 +34,11 @@ class Wheel:
     evidence: list[str]
     confidence: float = 0.0
 
+    @property
+    def line(self) -> Line:
+        """Its axis."""
+        return Line(point=self.center, axis=self.axis)
+
 
 class WheelSearch:
     """Looks for wheels; symmetries are found once per part. before : a search in other groups of the same assembly."""
@@ -56,10 +61,9 @@ class WheelSearch:
 
     def on_its_axle(self, wheel: Wheel) -> list[Wheel]:
         """Other parts of a wheel's group that are as large and far along its axis: wheels that are fixed to one axle with it."""
-        line = Line(point=wheel.center, axis=wheel.axis)
         return [
             one
-            for one in self._round_parts(wheel.group, line)
+            for one in self._round_parts(wheel.group, wheel.line)
             if abs(one.symmetry.radius - wheel.symmetry.radius) < ALIKE * wheel.symmetry.radius
             and float(np.linalg.norm(one.center - wheel.center)) > 2 * wheel.symmetry.radius
         ]
@@ -81,9 +85,8 @@ class WheelSearch:
             return None
         center = placed.matrix[:3, :3] @ symmetry.point + placed.matrix[:3, 3]
         axis = positive(placed.matrix[:3, :3] @ symmetry.axis)
-        if self._middle_off(instance, Line(point=center, axis=axis)) > BALANCED:
-            return None
-        return Wheel(group=group, instance=instance, symmetry=symmetry, center=center, axis=axis, evidence=[])
+        wheel = Wheel(group=group, instance=instance, symmetry=symmetry, center=center, axis=axis, evidence=[])
+        return wheel if self._middle_off(instance, wheel.line) <= BALANCED else None
 
     def _middle_off(self, instance: int, line: Line) -> float:
         """Distance of the centre of volume from a line, over the part's size."""
@@ -101,7 +104,7 @@ class WheelSearch:
         """Whether the rim is the outermost of its group, touches nothing else, and can reach a ground on some side."""
         if any(other != holder for other in self.g.neighbours[wheel.group]):
             return False
-        rim = Line(point=wheel.center, axis=wheel.axis)
+        rim = wheel.line
         if any(outer_radius(self.g.bodies[i], rim) > 1.02 * wheel.symmetry.radius for i in self.g.members[wheel.group]):
             return False
         outside = [i for i in range(len(self.g.bodies)) if self.g.group[i] != wheel.group]
