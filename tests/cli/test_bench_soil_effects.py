@@ -70,10 +70,31 @@ def test_measured_points_are_laid_over_and_gravity_makes_kilograms_a_load(tmp_pa
         ((*WHEEL, "--soil", "lunar_sourcebook", "--save", "x"), "database"),
         (("--radius", "150 kg", "--width", "1 m", "--soil", "lunar_sourcebook"), "radius"),
         ((*WHEEL, "--soil", "lunar_sourcebook", "--measured", "nowhere.csv"), "nowhere.csv"),
+        ((*WHEEL, "--soil", "lunar_sourcebook", "--slip-angle", "8"), "8 deg"),
+        ((*WHEEL, "--soil", "lunar_sourcebook", "--csv", "nowhere/points.csv"), "no folder 'nowhere'"),
+        ((*WHEEL, "--soil", "lunar_sourcebook", "--figure", "points.xyz"), ".png"),
+        ((*WHEEL, "--soil", "lunar_sourcebook", "--grousers", "24 x 10"), "radius of the rim"),
     ],
 )
 def test_a_bench_that_cannot_be_is_refused_in_one_sentence(arguments, words):
     assert_refused(rille("bench", *arguments), words)
+
+
+def test_slips_end_at_the_last_or_before_it():
+    def slips(text):
+        found = json.loads(rille("bench", *WHEEL, "--slip", text, "--json").stdout)
+        return found["series"][0]["slip_ratio"]
+
+    assert slips("0:0.8:0.3") == [0, 0.3, 0.6]
+    assert slips("0:0.3:0.1") == [0, 0.1, 0.2, 0.3]
+
+
+def test_options_that_do_nothing_are_told():
+    told = rille("bench", *WHEEL, "--slip", "0.2", "--grousers", "24 x 10 mm", "--law", "reece", "--soil", "lete_sand").stderr
+    assert "grouser_thrust" in told
+    assert "reece is bekker_wong" in told
+    thrust = rille("bench", *WHEEL, "--slip", "0.2", "--grousers", "24 x 10 mm", "--effect", "grouser_thrust:efficiency=1").stderr
+    assert "do nothing" not in thrust
 
 
 def test_soils_are_listed_and_shown(model):
@@ -106,6 +127,9 @@ def test_a_soil_is_fitted_and_written_for_a_scene(tmp_path):
     assert_refused(
         rille("soil", "fit", points, "--soil", "lete_sand", *WHEEL, "--fit", "friction_angle", "--hold-out", "load>0"), "hold-out"
     )
+    assert_refused(rille("soil", "fit", points, "--soil", "lete_sand", *WHEEL, "--fit", "cohesion", "--only", "load>5..0"), "condition")
+    assert_refused(rille(*fit, "-o", tmp_path / "no" / "soil.toml"), "no folder")
+    assert "drawbar_pull = drawbar_pull_N [N]" in done.stderr
     scene = tmp_path / "scene.toml"
     flat = 'name = "f"\nsoil = "lete_sand_fitted"\n[base]\nkind = "flat"\nsize = [10, 10]\nposting = 1\n'
     scene.write_text(flat + soil.read_text())

@@ -123,7 +123,7 @@ def test_refusals(plain, tmp_path):
         ("--window is 0 s", {"window": "0 s"}),
         ("--window.*time", {"window": "5 m"}),
         ("choose one", {"whole": True, "inverse": True}),
-        ("folder does not exist", {"report": tmp_path / "no" / "report.html"}),
+        ("there is no folder", {"report": tmp_path / "no" / "report.html"}),
         ("it is a folder", {"csv": tmp_path}),
         ("-o report.html", {"figure": tmp_path / "points.png"}),
     ):

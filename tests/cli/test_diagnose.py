@@ -153,7 +153,7 @@ def test_recordings_are_chosen_and_held_out_by_name(make_model, asked):
     [
         (("--window", "1 us"), "--window is 1e-06 s"),
         (("--most", 0), "--most is 0"),
-        (("-o", "nowhere/r.html"), "folder does not exist"),
+        (("-o", "nowhere/r.html"), "there is no folder"),
         (("--scenario", "swim"), "no scenario 'swim'.*swing"),
         (("--held-out", "run"), "none is left"),
     ],

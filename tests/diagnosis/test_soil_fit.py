@@ -97,6 +97,52 @@ def test_noise_comes_from_repeats_where_there_are_any():
     assert diagnosis.repeatability(points, "drawbar_pull", 0.56).sigma == 0.56
 
 
+def test_repeats_that_differ_in_load_are_no_noise():
+    """Without noise 40, 44 and 48 N leave what a plane through them does not follow: below 0.02 N, where the pulls differ by 1 N."""
+    exact = measured(LUNAR_SOIL, conditions((40.0, 44.0, 48.0), np.arange(0, 0.81, 0.1)), {})
+    floor = diagnosis.repeatability(exact, "drawbar_pull")
+    assert floor.origin == "repeats"
+    assert floor.sigma < 0.02
+    noisy = measured(LUNAR_SOIL, conditions((40.0, 44.0, 48.0), np.arange(0, 0.81, 0.04)), {"drawbar_pull": 0.4})
+    assert diagnosis.repeatability(noisy, "drawbar_pull").sigma == pytest.approx(0.4, rel=0.5)  # 21 degrees of freedom
+
+
+def test_noise_that_nobody_states_is_what_the_fit_leaves():
+    """Truth within 2 sigma in 95 % (60 draws: 1 sigma is 3 %; priors pull a little); of 24 points a noise is known to 15 %, 3 sigma 1.6."""
+    inside, sigmas = [], []
+    for seed in range(20):
+        points = measured(TRUTH, conditions((40.0, 80.0), np.arange(0, 0.82, 0.05)), NOISE, seed)
+        held = np.arange(len(points)) % 3 == 1
+        names = ["friction_angle", "shear_modulus", "frictional_modulus"]
+        result = diagnosis.fit_soil(bench, points.where(~held), points.where(held), LUNAR_SOIL, names)
+        assert {floor.origin for floor in result.repeatability.values()} == {"residuals"}
+        inside += [abs(f.value - getattr(TRUTH, f.name)) < 2 * f.interval for f in result.fitted]
+        sigmas.append([result.repeatability[r].sigma / NOISE[r] for r in NOISE])
+    assert np.mean(inside) > 0.88
+    assert np.mean(sigmas, axis=0) == pytest.approx(1.0, abs=0.15)
+    assert np.abs(np.log(sigmas)).max() < np.log(1.6)
+
+
+def test_noise_that_is_assumed_is_told_where_it_decides():
+    """Six numbers are too few for residuals to be the noise."""
+    points, other = (measured(TRUTH, conditions((40.0, 80.0), slips), {}) for slips in ((0.2, 0.5, 0.8), (0.35, 0.65)))
+    with pytest.raises(InputRefused, match=r"noise is assumed: drawbar_pull .* --noise drawbar_pull="):
+        diagnosis.fit_soil(bench, points, other, LUNAR_SOIL, ["friction_angle", "cohesion"], responses=["drawbar_pull"])
+    with pytest.raises(InputRefused, match="did you mean 'drawbar_pull'"):
+        diagnosis.fit_soil(bench, points, other, LUNAR_SOIL, ["friction_angle"], noise={"drawbar_pul": 0.5})
+    with pytest.raises(InputRefused, match="1 measured number cannot fix 1 parameter"):
+        diagnosis.fit_soil(bench, points.where(np.arange(6) < 1), other, LUNAR_SOIL, ["friction_angle"], responses=["drawbar_pull"])
+
+
+def test_a_value_far_from_its_prior_says_how_far():
+    """Four prior intervals (0.12 rad each), a tenth of which the prior may pull it back."""
+    strong = replace(LUNAR_SOIL, friction_angle=LUNAR_SOIL.friction_angle + 4 * 0.12)
+    points = measured(strong, conditions((40.0, 80.0), (0.2, 0.4, 0.6, 0.8)), NOISE)
+    fitted = diagnosis.fit_soil(bench, points, points, LUNAR_SOIL, ["friction_angle"], noise=NOISE).fitted[0]
+    assert fitted.offset == pytest.approx((fitted.value - LUNAR_SOIL.friction_angle) / 0.12)
+    assert fitted.offset == pytest.approx(4, rel=0.1)
+
+
 def test_smooth_wheel_of_cmu(rille_data):
     """Real data: r 58 mm, b 50 mm, about 24 N, slips 0 to 0.9, straight. What a fit reaches, on points that it has not seen.
 

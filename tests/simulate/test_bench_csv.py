@@ -2,7 +2,9 @@
 
 import pytest
 
-from rille.simulate.bench_file import _unit, read_bench_csv
+from rille.model import InputRefused
+from rille.simulate import bench_columns, read_bench_csv
+from rille.simulate.bench_file import _unit
 
 
 @pytest.mark.parametrize(
@@ -27,3 +29,58 @@ def test_semicolons_and_decimal_commas(tmp_path):
     assert points.load.tolist() == [30.5, 30.5]
     assert points.slip_ratio.tolist() == [0.1, 0.2]
     assert points.drawbar_pull.tolist() == [-1.25, 2.5]
+
+
+def table(folder, text):
+    """A file with a table."""
+    path = folder / "bench.csv"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "read"),
+    [
+        ("load_N,slip_angle,slip_ratio,sinkage_mm", {"slip_ratio": "slip_ratio [dimensionless]", "slip_angle": "slip_angle [rad]"}),
+        ("load_case,load_N,slip_velocity,slip,sinkage_m", {"load": "load_N [N]", "slip_ratio": "slip [dimensionless]"}),
+        (
+            "load_lbf,slip_pct,torque_Ncm,sinkage_in",
+            {"load": "load_lbf [lbf]", "drive_torque": "torque_Ncm [N cm]", "sinkage": "sinkage_in [in]"},
+        ),
+        ("Vertical Load [kN],Slip [%],DrawbarPull_N,torque_std", {"load": "Vertical Load [kN] [kN]", "drawbar_pull": "DrawbarPull_N [N]"}),
+        ("load,slip,mean_sinkage_mm,sinkage_std_mm", {"sinkage": "mean_sinkage_mm [mm]"}),
+    ],
+)
+def test_a_column_is_a_quantity_if_its_name_says_that_and_a_unit_of_it(tmp_path, header, read):
+    found = bench_columns(table(tmp_path, f"{header}\n" + ",".join("1" for _ in header.split(","))))
+    assert read.items() <= found.items()
+    assert "torque_std" not in " ".join(found.values())
+
+
+def test_units_at_the_ends_of_names_are_converted(tmp_path):
+    points = read_bench_csv(table(tmp_path, "load_lbf,slip_pct,torque_Ncm,sinkage_in\n18,20,688,1.15\n"))
+    assert points.load[0] == pytest.approx(18 * 4.4482216)
+    assert (points.slip_ratio[0], points.drive_torque[0]) == (pytest.approx(0.2), pytest.approx(6.88))
+    assert points.sinkage[0] == pytest.approx(1.15 * 0.0254)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("load_N,load_kN,slip,sinkage\n1,1,0,1\n", "'load_N' and 'load_kN' both say load.*--column load="),
+        ("load_kg,slip,sinkage\n1,0,1\n", "load_kg.*--column load=load_kg:kgf"),
+        ("load,slip,sinkage,sinkage\n1,0,1,2\n", "2 columns 'sinkage'"),
+        ("load,slip,sinkage\n1,0,1\n0,0.1,1\n", "load in line 3.* is 0 N.*above 0"),
+        ("load,slip,sinkage\n-1,0,1\n-2,0.1,1\n", "turn its sign"),
+    ],
+)
+def test_what_is_ambiguous_or_cannot_be_is_refused(tmp_path, text, words):
+    with pytest.raises(InputRefused, match=words):
+        read_bench_csv(table(tmp_path, text))
+
+
+def test_what_is_stated_needs_no_guess(tmp_path):
+    path = table(tmp_path, "load_N,load_kN,Fz_kg,slip,sinkage\n1,2,3,0,1\n")
+    assert read_bench_csv(path, {"load": "load_kN"}).load[0] == 2000
+    assert read_bench_csv(path, {"load": "Fz_kg:kgf"}).load[0] == pytest.approx(3 * 9.80665)
+    assert read_bench_csv(path, {"load": "64.7:N"}).load[0] == 64.7

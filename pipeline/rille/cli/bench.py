@@ -6,7 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from rille.cli.rig import Columns, Where, find_effect, find_load, find_soils, find_wheel, read_points
+from rille.cli.places import require_place
+from rille.cli.rig import Columns, Where, find_effect, find_load, find_soils, find_wheel, read_points, tell_columns, tell_idle
 from rille.cli.talk import Json, print_json, say
 
 MOST_SLIPS = 10_000  # of a list
@@ -46,8 +47,10 @@ def bench(
 
     from rille import simulate, store
     from rille.model import InputRefused
-    from rille.model.quantity import to_si
+    from rille.model.quantity import angle_with_unit, to_si
 
+    require_place(figure, endings=(".png",))
+    require_place(csv)
     if save is not None and database is None:
         raise InputRefused("--save needs a database to keep the points in; name one")
     g = simulate.surface_gravity(gravity)
@@ -56,13 +59,14 @@ def bench(
     slips = _slips(slip)
     loads = [find_load(text, g) for text in (load or ["30 N"])]
     rows += simulate.effect_rows([find_effect(text) for text in (effect or [])], store.effect_kinds())
-    angle = to_si(slip_angle, "angle", "slip angle")
+    angle = angle_with_unit(slip_angle, "slip angle")
     points = None if measured is None else read_points(measured, column, where)
     method: Any = "dynamic" if dynamic else "quasi_static"
     grid = np.array([(w, s) for w in loads for s in slips])
+    laws = law or ["bekker_wong"]
     series = []
     for earth in soils:
-        for name in law or ["bekker_wong"]:
+        for name in laws:
             result = simulate.bench(
                 name,
                 earth,
@@ -95,6 +99,9 @@ def bench(
     else:
         for earth_name, name, result in series:
             _print_table(f"{name} on {earth_name}, {method.replace('_', '-')}", result)
+    tell_idle(shape, rows, laws, soils)
+    if measured is not None:
+        tell_columns(measured, column)
     failed = sum(word != "done" for _, _, r in series for word in r.status)
     for file in (figure, csv):
         if file is not None:
@@ -135,7 +142,8 @@ def _slips(text: str) -> list[float]:
     first, last, step = numbers
     if (last - first) / step > MOST_SLIPS:
         raise InputRefused(f"'{text}' is a list of {(last - first) / step:.3g} slips; {MOST_SLIPS} are the most: take a larger step")
-    return [float(v) for v in np.round(first + step * np.arange(round((last - first) / step) + 1), 12)]
+    count = math.floor((last - first) / step * (1 + 1e-9)) + 1  # LAST itself where the steps reach it but for rounding, never more
+    return [float(v) for v in np.round(first + step * np.arange(count), 12)]
 
 
 def _facts(soil: str, law: str, result) -> dict:

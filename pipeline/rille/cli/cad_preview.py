@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from rille.cli.places import require_place
 from rille.cli.talk import Json, print_json, progress, say
 
 
@@ -22,6 +23,7 @@ def preview(
     from rille.cad.collision.summary import summarize_collision
     from rille.view.collision_pictures import draw_collision
 
+    require_place(output, endings=(".png",))
     rover = store.read_rover(model)
     with progress(f"drawing {model.name}") as update:
         update("measuring", 0.0)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rille.cli.places import require_place
 from rille.cli.recording_names import MEANT, chosen_recordings
 from rille.cli.talk import Json, print_json, progress, say
 
@@ -57,8 +58,8 @@ def compare(
     length = to_si(window, "time", "--window")
     if not length >= SHORTEST:
         raise InputRefused(f"--window is {length:g} s; it must be at least {SHORTEST:g} s, and some samples long; 0.2 to 1 s is usual")
-    for path in (report, csv, figure):
-        _require_folder(path)
+    require_place(report, csv)
+    require_place(figure, endings=(".png",))
     names = chosen_recordings(store.recording_names(database), recording, database)
     heads = [store.read_recording(database, name, samples=False) for name in names]
     kinds = {head.kind for head in heads}
@@ -91,13 +92,6 @@ def compare(
         if path is not None:
             say(f"wrote {path}")
     return 0
-
-
-def _require_folder(path: Path | None) -> None:
-    from rille.model import InputRefused
-
-    if path is not None and (path.is_dir() or not path.resolve().parent.is_dir()):
-        raise InputRefused(f"'{path}' cannot be written: {'it is a folder' if path.is_dir() else 'its folder does not exist'}; name a file")
 
 
 def _scenario(database: Path, recording: "Recording", wanted: str | None) -> str:

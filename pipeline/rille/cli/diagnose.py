@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rille.cli.places import require_place
 from rille.cli.recording_names import MEANT, chosen_recordings
 from rille.cli.talk import Json, print_json, progress, say
 
@@ -115,9 +116,7 @@ def _require_writable(database: Path, report: Path | None) -> None:
 
     from rille.model import InputRefused
 
-    if report is not None and (report.is_dir() or not report.resolve().parent.is_dir()):
-        why = "it is a folder" if report.is_dir() else "its folder does not exist"
-        raise InputRefused(f"'{report}' cannot be written: {why}; name a file")
+    require_place(report)
     if database.is_file() and not os.access(database, os.W_OK):
         raise InputRefused(f"'{database}' is read-only, and the finding belongs into it; make it writable or diagnose a copy")
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rille.cli.places import require_place
 from rille.cli.talk import Json, print_json, progress, say
 from rille.model.severity import SEVERITIES
 
@@ -37,8 +38,7 @@ def import_recording(
     from rille.recording.manifest import read_manifest
 
     sheets = [read_manifest(path) for path in manifest]
-    if report is not None and not report.parent.is_dir():
-        raise InputRefused(f"there is no folder '{report.parent}' for the report; make it first")
+    require_place(report)
     made = not output.exists()
     if made:
         store.create(output)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from rille.cli.places import require_place
 from rille.cli.recording_names import chosen_recordings
 from rille.cli.talk import Json, print_json, say
 from rille.model.severity import SEVERITIES
@@ -31,8 +32,7 @@ def new(
     manifest = output or file.with_suffix(".toml")
     if manifest.exists() and not force:
         raise InputRefused(f"the manifest '{manifest}' exists; give another name with -o, or --force to write over it")
-    if not manifest.parent.is_dir():
-        raise InputRefused(f"there is no folder '{manifest.parent}' for the manifest; make it first")
+    require_place(manifest)
     targets = None if model is None else recording.targets_of(store.read_rover(model))
     draft = draft_manifest(file, manifest, targets)
     try:

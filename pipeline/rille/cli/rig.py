@@ -1,19 +1,20 @@
 """What the verbs of the bench share: wheel, load, soils, effects and measured points from the options."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rille.cli.talk import assignments
+from rille.cli.talk import assignments, say
 
 if TYPE_CHECKING:
     from rille.model import BenchPoints, BenchWheel, Effect, Soil
 
 Columns = Annotated[list[str] | None, typer.Option("--column", help="QUANTITY=COLUMN of the CSV: sinkage=-Z_mm, load=64.7:N; repeatable.")]
 Where = Annotated[list[str] | None, typer.Option("--where", help="COLUMN=TEXT that rows of the CSV must have; repeatable.")]
+EXAMPLE = "--column sinkage=-Z_mm"
 
 
 def find_wheel(
@@ -54,6 +55,10 @@ def wheel_of(radius: str | None, width: str | None, grousers: str | None) -> "Be
             raise InputRefused(f"'{grousers}' says no grousers; write \"24 x 10 mm\"")
         count, height = int(number), to_si(size.strip(), "length", "height of the grousers")
     size_of_rim = {"radius": to_si(radius, "length", "radius"), "width": to_si(width, "length", "width")}
+    if not 0 <= height < size_of_rim["radius"]:
+        raise InputRefused(
+            f'height of the grousers is {height:g} m; it must be below the radius of the rim, {size_of_rim["radius"]:g} m: "24 x 10 mm"'
+        )
     return BenchWheel(**size_of_rim, grouser_count=count, grouser_height=height)
 
 
@@ -106,5 +111,24 @@ def read_points(path: Path, column: list[str] | None, where: list[str] | None) -
     """Measured points of a CSV with the options of the command line."""
     from rille import simulate
 
-    example = "--column sinkage=-Z_mm"
-    return simulate.read_bench_csv(path, assignments(column, example), assignments(where, example))
+    return simulate.read_bench_csv(path, assignments(column, EXAMPLE), assignments(where, EXAMPLE))
+
+
+def tell_columns(path: Path, column: list[str] | None) -> None:
+    """Say which columns measured points were read from, and in which units."""
+    from rille import simulate
+
+    read = simulate.bench_columns(path, assignments(column, EXAMPLE))
+    say(f"read from {path.name}: {', '.join(f'{quantity} = {source}' for quantity, source in read.items())}")
+
+
+def tell_idle(wheel: "BenchWheel", effects: Sequence[tuple], laws: Iterable[str], soils: Iterable["Soil"]) -> None:
+    """Say which of the options do nothing: grousers without their effect, the law of Reece with a soil that has no numbers for it.
+
+    effects : rows of ``simulate.effect_rows``.
+    """
+    if wheel.grouser_count and not any(row[0].startswith("grouser_") for row in effects):
+        say("grousers do nothing by themselves; they thrust with --effect grouser_thrust:efficiency=1 (rille effects show grouser_thrust)")
+    bare = [s.name for s in soils if s.reece_cohesive_modulus is None and s.reece_frictional_modulus is None]
+    if "reece" in laws and bare:
+        say(f"reece is bekker_wong at the wheel's width for {', '.join(bare)}: no reece_cohesive_modulus, no reece_frictional_modulus")

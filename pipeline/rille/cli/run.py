@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rille.cli.hooked import hooked_run
+from rille.cli.places import require_place
 from rille.cli.talk import Force, Json, print_json, progress, say
 
 
@@ -90,8 +91,7 @@ def _copied(database: Path, out: Path) -> Path:
     store.info(database)  # refuses what is no database of rille before anything is made
     if out.exists():
         raise InputRefused(f"'{out}' exists already; choose another name for --out or remove it")
-    if not out.parent.is_dir():
-        raise InputRefused(f"the folder '{out.parent}' of --out does not exist; create it first")
+    require_place(out)
     try:
         shutil.copyfile(database, out)
     except OSError as error:

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from rille.cli.rig import Columns, Where, find_effect, pick_soil, read_points, wheel_of
+from rille.cli.places import require_place
+from rille.cli.rig import Columns, Where, find_effect, pick_soil, read_points, tell_columns, tell_idle, wheel_of
 from rille.cli.talk import Json, assignments, print_json, progress, say
 
 app = typer.Typer(
@@ -16,6 +17,7 @@ app = typer.Typer(
     help="Soils: the library, and calibration against bench data.\n\nExample: rille soil list",
 )
 
+FAR = 3  # prior intervals from the prior that are told
 UNITS = {
     "sinkage_exponent": "-",
     "cohesive_modulus": "N/m^(n+1)",
@@ -103,7 +105,10 @@ def fit(
     ] = None,
     response: Annotated[list[str] | None, typer.Option(help="Responses to fit; default: all that were measured.")] = None,
     noise: Annotated[
-        list[str] | None, typer.Option(help='1 sigma of a response in SI, "drawbar_pull=0.56"; default: from repeats.')
+        list[str] | None,
+        typer.Option(
+            help='1 sigma of a response in SI, "drawbar_pull=0.56"; default: from repeats, else from what the fit leaves, at most 3 %.'
+        ),
     ] = None,
     keep_unobserved: Annotated[
         bool, typer.Option("--keep-unobserved", help="Hold what the data cannot observe at the prior, and go on.")
@@ -123,6 +128,8 @@ def fit(
     from rille import diagnosis, simulate, store
     from rille.model import BenchPoints, InputRefused, Soil
 
+    require_place(output)
+    require_place(figure, endings=(".png",))
     prior = pick_soil(_known(None), soil)
     wheel = wheel_of(radius, width, grousers)
     rows = simulate.effect_rows([find_effect(text) for text in effect or []], store.effect_kinds())
@@ -169,12 +176,15 @@ def fit(
         from rille.view.bench_plots import plot_bench
 
         _figure(bench, prior, fitted, points, figure, plot_bench, f"{data.name}, {law}, r = {wheel.radius:g} m, b = {wheel.width:g} m")
+    tell_columns(data, column)
+    tell_idle(wheel, rows, [law], [prior])
     if as_json:
         print_json(_facts(result))
         return
     print(f"{law}, {result.n_train} points fitted, {result.n_held_out} held out, condition {result.condition:.3g}")
     for f in result.fitted:
-        flag = "  ON ITS BOUND: the law wants what no soil has" if f.on_bound else ""
+        flag = f"  {abs(f.offset):.0f} PRIOR INTERVALS AWAY: is the prior's soil the bench's?" if abs(f.offset) > FAR else ""
+        flag = "  ON ITS BOUND: the law wants what no soil has" if f.on_bound else flag
         print(
             f"  {f.name:22s} {f.prior:12.5g} -> {f.value:12.5g} +- {f.interval:9.3g} {UNITS[f.name]:10s} "
             f"({f.shrink:.0%} of the prior's interval){flag}"
@@ -207,7 +217,7 @@ def _meets(points, text: str):
     from rille.model import InputRefused
     from rille.model.bench import CONDITIONS
 
-    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>|=)\s*([-+.\deE]+)\s*(deg)?\s*", text)
+    found = re.fullmatch(r"\s*(\w+)\s*(<=|>=|<|>|=)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(deg)?\s*", text)
     if found is None or found[1] not in CONDITIONS:
         raise InputRefused(f"'{text}' is no condition; write slip_ratio>0.5, load<=50 or slip_angle<30deg")
     value = math.radians(float(found[3])) if found[4] else float(found[3])
@@ -245,7 +255,7 @@ def _figure(bench: Any, prior: Any, fitted: Any, points: Any, path: Path, plot: 
 
 
 def _facts(result: Any) -> dict:
-    fields = ("name", "prior", "value", "interval", "shrink", "on_bound")
+    fields = ("name", "prior", "value", "interval", "shrink", "offset", "on_bound")
     return {
         "soil": {k: getattr(result.soil, k) for k in UNITS},
         "fitted": [{f: getattr(p, f) for f in fields} for p in result.fitted],

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.default_verb import RunByDefault
+from rille.cli.places import require_place
 from rille.cli.talk import Json, print_json, progress, say
 
 if TYPE_CHECKING:
@@ -116,10 +117,7 @@ def _require_places(study: Path, figures: Path | None, parquet: Path | None) -> 
     """Refuse at once what would fail at the end."""
     from rille.model import InputRefused
 
-    for file in (study, parquet):
-        if file is not None and (file.is_dir() or not file.resolve().parent.is_dir()):
-            why = "it is a folder" if file.is_dir() else "its folder does not exist"
-            raise InputRefused(f"'{file}' cannot be written: {why}; name a file")
+    require_place(study, parquet)
     if figures is not None and figures.exists() and not figures.is_dir():
         raise InputRefused(f"'{figures}' is a file; name a folder for --figures")
 

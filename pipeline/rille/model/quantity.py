@@ -97,6 +97,24 @@ def to_si(value: object, kind: str, what: str) -> float:
     return number
 
 
+def angle_with_unit(text: str, what: str) -> float:
+    """Turn ``"30 deg"`` into radians. A bare number is refused, since 30 may mean degrees as well as radians; only 0 needs no unit.
+
+    Parameters
+    ----------
+    text : number and unit, as a person typed it. what : name of the angle for the error sentence ("heading of the rover").
+
+    Raises
+    ------
+    InputRefused : without a unit, and for whatever :func:`to_si` refuses.
+    """
+    angle = to_si(text, "angle", what)
+    match = NUMBER_AND_UNIT.fullmatch(text)
+    if angle != 0 and (match is None or match["unit"] in ("", "1")):
+        raise InputRefused(f"{what} is {text.strip()} without a unit; write for example '{text.strip()} deg'")
+    return angle
+
+
 def _divided(number: float, divisor: float, text: str, what: str) -> float:
     if divisor == 0:
         raise InputRefused(f'{what} is "{text}", which divides by zero; give a finite value')

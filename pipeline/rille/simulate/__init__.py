@@ -1,7 +1,7 @@
 """Runs the solver: on a database as a program, or in process as a bench and in short windows."""
 
 from rille.simulate.bench import BenchResult, bench, bench_at, effect_rows
-from rille.simulate.bench_file import bench_csv_lines, read_bench_csv
+from rille.simulate.bench_file import bench_columns, bench_csv_lines, read_bench_csv
 from rille.simulate.replay import Replayer
 from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file, surface_gravity
@@ -14,6 +14,7 @@ __all__ = [
     "RunResult",
     "bench",
     "bench_at",
+    "bench_columns",
     "bench_csv_lines",
     "effect_rows",
     "read_bench_csv",

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.diagnosis.bench.repeatability import Repeatability, least_noise, repeatability
 from rille.model import BenchPoints, InputRefused, Soil, nearest_names
 from rille.model.bench import RESPONSES
 
@@ -52,25 +53,22 @@ PARAMETERS = {
     ),
 }
 OBSERVED = 0.7  # a posterior interval above this share of the prior's is the prior's
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Repeatability:
-    """1 sigma of one response, and where it comes from: ``repeats``, ``stated`` or ``assumed``."""
-
-    sigma: float
-    origin: str
+MOST_TURNS = 5  # of noise and fit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitted:
-    """One parameter. prior, value in SI; interval: 1 sigma, in SI at the value. shrink : posterior per prior interval."""
+    """One parameter. prior, value in SI; interval: 1 sigma, in SI at the value.
+
+    shrink : posterior per prior interval. offset : of the value from the prior, in prior intervals; beyond 3 the two hardly agree.
+    """
 
     name: str
     prior: float
     value: float
     interval: float
     shrink: float
+    offset: float
     on_bound: bool
 
 
@@ -94,48 +92,139 @@ class FitResult:
     not_carried: int
 
 
-def repeatability(points: BenchPoints, response: str, stated: float | None = None) -> Repeatability:
-    """Noise of a response: stated, else pooled over repeats (same load within 20 %, slip within 0.02, slip angle), else 3 % of its range.
-
-    Repeats differ a little in load; a straight line through load is taken out of each pool where it can be.
-    """
-    if stated is not None:
-        return Repeatability(sigma=stated, origin="stated")
-    values = getattr(points, response)
-    groups: dict[tuple, list[float]] = {}
-    for k in range(len(points)):
-        if np.isfinite(values[k]):
-            key = (round(points.slip_ratio[k] / 0.02), round(points.slip_angle[k] / 0.01), round(np.log(points.load[k]) / 0.3))
-            groups.setdefault(key, []).append(float(values[k]))
-    repeated = [np.array(g) for g in groups.values() if len(g) > 1]
-    dof = sum(len(g) - 1 for g in repeated)
-    if dof >= 5:
-        return Repeatability(sigma=float(np.sqrt(sum(((g - g.mean()) ** 2).sum() for g in repeated) / dof)), origin="repeats")
-    known = values[np.isfinite(values)]
-    return Repeatability(sigma=max(0.03 * float(np.ptp(known)), 1e-9), origin="assumed")
-
-
-def _unobserved(chosen: Sequence[str], unseen: Sequence[str], jacobian: Array, covariance: Array) -> str:
+def _unobserved(chosen: Sequence[str], unseen: Sequence[str], solution: "_Solution", noise: dict[str, Repeatability]) -> str:
     """The sentence for parameters that the data do not observe, alone or beside others, and the test that would."""
-    shrink = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(shrink, shrink)
-    alone = 1 / np.sqrt(1 + (jacobian**2).sum(axis=0))
+    alone = 1 / np.sqrt(1 + (solution.jacobian**2).sum(axis=0))
     reasons = []
     for name in unseen:
         k = chosen.index(name)
         if alone[k] > OBSERVED:
             reasons.append(
-                f"{name} (interval {shrink[k]:.0%} of the prior's): it hardly moves what was measured; "
+                f"{name} (interval {solution.shrink[k]:.0%} of the prior's): it hardly moves what was measured; "
                 f"{PARAMETERS[name].test} would show it"
             )
         else:
-            others = [(abs(correlation[k, j]), chosen[j]) for j in range(len(chosen)) if j != k]
+            others = [(abs(solution.correlation[k, j]), chosen[j]) for j in range(len(chosen)) if j != k]
             other = max(others)[1]
             reasons.append(
-                f"{name} (interval {shrink[k]:.0%} of the prior's): it cannot be told from {other} here; "
+                f"{name} (interval {solution.shrink[k]:.0%} of the prior's): it cannot be told from {other} here; "
                 f"{PARAMETERS[name].test} would separate them"
             )
-    return f"the data do not observe {'; '.join(reasons)}; fit fewer parameters, or hold these at the prior with --keep-unobserved"
+    assumed = [f"{response} {floor.sigma:.3g}" for response, floor in noise.items() if floor.origin == "assumed"]
+    refusal = f"the data do not observe {'; '.join(reasons)}; fit fewer parameters, or hold these at the prior with --keep-unobserved"
+    if not assumed:
+        return refusal
+    return f"{refusal} (noise is assumed: {', '.join(assumed)} in SI; state what it is, for example --noise {assumed[0].replace(' ', '=')})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Solution:
+    """Parameters x of a fit; jacobian (n, p) of whitened data in units of the prior; covariance (p, p) in units of the prior."""
+
+    x: Array
+    offset: Array
+    jacobian: Array
+    covariance: Array
+    residuals: Array
+
+    @property
+    def shrink(self) -> Array:
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        return self.covariance / np.outer(self.shrink, self.shrink)
+
+
+@dataclass(slots=True, kw_only=True)
+class _Fit:
+    """Training points, the prior, and what is fitted to which noise. noise : by response, made smaller by ``settle``."""
+
+    simulator: Simulator
+    points: BenchPoints
+    prior: Soil
+    noise: dict[str, Repeatability]
+    least: dict[str, float]
+    say: Callable[[str, float], None]
+
+    def soil_at(self, x: Array, chosen: Sequence[str]) -> Soil:
+        numbers = {n: float(np.exp(v)) if PARAMETERS[n].log else float(v) for n, v in zip(chosen, x, strict=True)}
+        return replace(self.prior, name=f"{self.prior.name}_fitted", provenance="measured", **numbers)
+
+    def start(self, name: str) -> float:
+        p, value = PARAMETERS[name], float(getattr(self.prior, name))
+        return float(np.log(max(value, p.lower))) if p.log else value
+
+    def residuals(self, soil: Soil) -> Array:
+        """(calculated - measured) / noise of all that was measured, response by response."""
+        calculated = self.simulator(soil, self.points)
+        parts = []
+        for response, floor in self.noise.items():
+            measured = getattr(self.points, response)
+            known = np.isfinite(measured)
+            difference = (getattr(calculated, response)[known] - measured[known]) / floor.sigma
+            parts.append(np.where(np.isfinite(difference), difference, 1e3))  # a soil that does not carry the wheel is far off
+        return np.concatenate(parts)
+
+    def counts(self) -> dict[str, int]:
+        return {response: int(np.isfinite(getattr(self.points, response)).sum()) for response in self.noise}
+
+    def solve(self, chosen: Sequence[str], offset: Array | None = None) -> _Solution:
+        """Least squares from the prior, or from an offset (p,) in units of the prior."""
+        from scipy.optimize import least_squares
+
+        spread = np.array([PARAMETERS[n].spread for n in chosen])
+        low, high = bounds_of(chosen)
+        x0 = np.clip(np.array([self.start(n) for n in chosen]), low + 1e-9, high - 1e-9)
+        calls = 0
+
+        def whitened(u: Array) -> Array:
+            nonlocal calls
+            calls += 1
+            self.say(f"fitting {', '.join(chosen)}", min(0.95, calls / (30.0 * (len(chosen) + 1))))
+            return np.concatenate([self.residuals(self.soil_at(x0 + spread * u, chosen)), u])
+
+        begin = np.zeros(len(chosen)) if offset is None else offset
+        found = least_squares(whitened, begin, bounds=((low - x0) / spread, (high - x0) / spread), diff_step=1e-4, x_scale=1.0)
+        n_data = len(found.fun) - len(chosen)
+        # Errors of the model itself are no noise: intervals are scaled by the misfit where it exceeds the floor.
+        misfit = max(1.0, float(np.sqrt(np.mean(found.fun[:n_data] ** 2))))
+        jacobian = found.jac[:n_data] / misfit
+        covariance = np.linalg.inv(jacobian.T @ jacobian + np.eye(len(chosen)))
+        return _Solution(x=x0 + spread * found.x, offset=found.x, jacobian=jacobian, covariance=covariance, residuals=found.fun[:n_data])
+
+    def settle(self, chosen: Sequence[str]) -> _Solution:
+        """Solve; where noise was assumed and the fit leaves less, what it leaves is the noise, and it is solved again."""
+        solution = self.solve(chosen)
+        for _ in range(MOST_TURNS):
+            if not self._learn(solution):
+                break
+            solution = self.solve(chosen, solution.offset)
+        return solution
+
+    def _learn(self, solution: _Solution) -> bool:
+        """Take the noise of assumed responses from residuals: of enough points for it, and where it is clearly less. Whether any was."""
+        counts, learnt, at = self.counts(), False, 0
+        total, parameters = sum(counts.values()), len(solution.x)
+        for response, count in counts.items():
+            left, at = solution.residuals[at : at + count], at + count
+            floor, freedom = self.noise[response], count * (1 - parameters / total)
+            if floor.origin not in ("assumed", "residuals") or freedom < 5:
+                continue
+            sigma = max(floor.sigma * float(np.sqrt((left**2).sum() / freedom)), self.least[response])
+            if sigma < 0.9 * floor.sigma:
+                self.noise[response] = Repeatability(sigma=sigma, origin="residuals")
+                learnt = True
+        return learnt
+
+
+def bounds_of(chosen: Sequence[str]) -> tuple[Array, Array]:
+    """Lower and upper bounds (p,) of parameters as they are fitted: of the logarithm of scales."""
+    ends = [(PARAMETERS[n].lower, PARAMETERS[n].upper) for n in chosen]
+    low, high = (
+        np.array([np.log(v) if PARAMETERS[n].log else v for n, v in zip(chosen, side, strict=True)]) for side in zip(*ends, strict=True)
+    )
+    return low, high
 
 
 def fit_soil(
@@ -155,126 +244,106 @@ def fit_soil(
     Parameters
     ----------
     simulator : the bench. train, held_out : measured points. prior : soil to start from. names : parameters to fit.
-    noise : 1 sigma by response, where it is known better than from repeats. responses : to fit; None: all that were measured.
+    noise : 1 sigma by response, where it is known; else from repeats, else 3 % is assumed and the fit's residuals are taken where they are
+        less. responses : to fit; None: all that were measured.
     keep_unobserved : hold parameters that the data cannot observe at the prior instead of refusing.
 
     Raises
     ------
     InputRefused : for an unknown parameter, too few points, or parameters that the data do not observe (with the test that would).
     """
-    from scipy.optimize import least_squares
-
-    for name in names:
-        if name not in PARAMETERS:
-            raise InputRefused(f"'{name}' is no soil parameter that can be fitted; {nearest_names(name, PARAMETERS)}")
-    if len(set(names)) != len(names) or not names:
-        raise InputRefused("name each soil parameter to fit once, at least one")
+    _require_known(names, noise or {})
     straight = not np.any(np.abs(train.slip_angle) > 1e-6)  # then side force is noise, in law and in data
     used = tuple(responses or (r for r in train.known() if not (straight and r == "side_force")))
     for response in used:
         if response not in RESPONSES or not np.isfinite(getattr(train, response)).any():
             raise InputRefused(f"the training points have no {response}; they have {', '.join(train.known())}")
     everything = BenchPoints(**{f: np.concatenate([getattr(train, f), getattr(held_out, f)]) for f in BenchPoints.__dataclass_fields__})
-    floors = {r: repeatability(everything, r, (noise or {}).get(r)) for r in used}
-
-    def to_x(soil: Soil, name: str) -> float:
-        p, value = PARAMETERS[name], float(getattr(soil, name))
-        return float(np.log(max(value, p.lower))) if p.log else value
-
-    def soil_at(x: Array, chosen: Sequence[str]) -> Soil:
-        numbers = {n: float(np.exp(v)) if PARAMETERS[n].log else float(v) for n, v in zip(chosen, x, strict=True)}
-        return replace(prior, name=f"{prior.name}_fitted", provenance="measured", **numbers)
-
-    def residuals(points: BenchPoints, soil: Soil) -> Array:
-        calculated = simulator(soil, points)
-        parts = []
-        for response in used:
-            measured = getattr(points, response)
-            known = np.isfinite(measured)
-            difference = (getattr(calculated, response)[known] - measured[known]) / floors[response].sigma
-            parts.append(np.where(np.isfinite(difference), difference, 1e3))  # a soil that does not carry the wheel is far off
-        return np.concatenate(parts)
-
-    def bounds(chosen: Sequence[str]) -> tuple[Array, Array]:
-        low = np.array([np.log(PARAMETERS[n].lower) if PARAMETERS[n].log else PARAMETERS[n].lower for n in chosen])
-        high = np.array([np.log(PARAMETERS[n].upper) if PARAMETERS[n].log else PARAMETERS[n].upper for n in chosen])
-        return low, high
-
-    say = progress or (lambda what, fraction: None)
+    fit = _Fit(
+        simulator=simulator,
+        points=train,
+        prior=prior,
+        noise={r: repeatability(everything, r, (noise or {}).get(r)) for r in used},
+        least={r: least_noise(everything, r) for r in used},
+        say=progress or (lambda what, fraction: None),
+    )
     chosen = list(names)
-    n_data = len(residuals(train, prior))
-    if n_data < len(chosen):
-        raise InputRefused(f"{n_data} measured numbers cannot fix {len(chosen)} parameters; fit fewer, or measure more")
+    n_data = sum(fit.counts().values())
+    if n_data <= len(chosen):
+        numbers = f"{n_data} measured number{'s' * (n_data != 1)} cannot fix {len(chosen)} parameter{'s' * (len(chosen) != 1)}"
+        raise InputRefused(f"{numbers} and show whether they fit; fit fewer, or measure more")
     dropped: list[str] = []
     while True:
-        spread = np.array([PARAMETERS[n].spread for n in chosen])
-        x0 = np.array([to_x(prior, n) for n in chosen])
-        low, high = bounds(chosen)
-        x0 = np.clip(x0, low + 1e-9, high - 1e-9)
-        calls = 0
-
-        def whitened(u: Array, chosen: list[str] = chosen, x0: Array = x0, spread: Array = spread) -> Array:
-            nonlocal calls
-            calls += 1
-            say(f"fitting {', '.join(chosen)}", min(0.95, calls / (30.0 * (len(chosen) + 1))))
-            return np.concatenate([residuals(train, soil_at(x0 + spread * u, chosen)), u])
-
-        solution = least_squares(
-            whitened, np.zeros(len(chosen)), bounds=((low - x0) / spread, (high - x0) / spread), diff_step=1e-4, x_scale=1.0
-        )
-        jacobian = solution.jac[:n_data]
-        # Errors of the model itself are no noise: intervals are scaled by the misfit where it exceeds the floor.
-        misfit = max(1.0, float(np.sqrt(np.mean(solution.fun[:n_data] ** 2))))
-        covariance = np.linalg.inv(jacobian.T @ jacobian / misfit**2 + np.eye(len(chosen)))
-        shrink = np.sqrt(np.diag(covariance))
-        unseen = [n for n, s in zip(chosen, shrink, strict=True) if s > OBSERVED]
+        solution = fit.settle(chosen)
+        unseen = [n for n, s in zip(chosen, solution.shrink, strict=True) if s > OBSERVED]
         if not unseen:
             break
         if not keep_unobserved:
-            raise InputRefused(_unobserved(chosen, unseen, jacobian / misfit, covariance))
-        worst = max(unseen, key=lambda n: shrink[chosen.index(n)])
+            raise InputRefused(_unobserved(chosen, unseen, solution, fit.noise))
+        worst = max(unseen, key=lambda n: solution.shrink[chosen.index(n)])
         dropped.append(worst)
         chosen.remove(worst)
         if not chosen:
             raise InputRefused(f"the data observe none of {', '.join(names)}; {PARAMETERS[worst].test} would observe {worst}")
-    x = x0 + spread * solution.x
-    fitted_soil = soil_at(x, chosen)
-    sigma = shrink * spread
-    fitted = tuple(
+    soil = fit.soil_at(solution.x, chosen)
+    before, after = (_scores(simulator, earth, train, held_out, used) for earth in (prior, soil))
+    return FitResult(
+        soil=soil,
+        fitted=_fitted(chosen, solution, prior, soil),
+        held_at_prior=tuple(dropped),
+        correlation=solution.correlation,
+        condition=float(np.linalg.cond(solution.jacobian)),
+        before=before.rms,
+        after=after.rms,
+        repeatability=fit.noise,
+        n_train=len(train),
+        n_held_out=len(held_out),
+        not_carried=after.not_carried,
+    )
+
+
+def _require_known(names: Sequence[str], noise: dict[str, float]) -> None:
+    for name in names:
+        if name not in PARAMETERS:
+            raise InputRefused(f"'{name}' is no soil parameter that can be fitted; {nearest_names(name, PARAMETERS)}")
+    if len(set(names)) != len(names) or not names:
+        raise InputRefused("name each soil parameter to fit once, at least one")
+    for response in noise:
+        if response not in RESPONSES:
+            raise InputRefused(f"noise is stated for '{response}', which no bench measures; {nearest_names(response, RESPONSES)}")
+
+
+def _fitted(chosen: Sequence[str], solution: _Solution, prior: Soil, soil: Soil) -> tuple[Fitted, ...]:
+    low, high = bounds_of(chosen)
+    edge = 1e-3 * (high - low)
+    return tuple(
         Fitted(
             name=n,
             prior=float(getattr(prior, n)),
-            value=float(getattr(fitted_soil, n)),
-            interval=float(sigma[k] * (getattr(fitted_soil, n) if PARAMETERS[n].log else 1.0)),
-            shrink=float(shrink[k]),
-            on_bound=bool(x[k] - low[k] < 1e-3 * (high[k] - low[k]) or high[k] - x[k] < 1e-3 * (high[k] - low[k])),
+            value=float(getattr(soil, n)),
+            interval=float(solution.shrink[k] * PARAMETERS[n].spread * (getattr(soil, n) if PARAMETERS[n].log else 1.0)),
+            shrink=float(solution.shrink[k]),
+            offset=float(solution.offset[k]),
+            on_bound=bool(solution.x[k] - low[k] < edge[k] or high[k] - solution.x[k] < edge[k]),
         )
         for k, n in enumerate(chosen)
     )
-    scores = {}
-    not_carried = 0
-    for label, soil in (("before", prior), ("after", fitted_soil)):
-        rms: dict[str, tuple[float, float]] = {}
-        answers = [simulator(soil, points) for points in (train, held_out)]
-        not_carried = int(sum(np.isnan(a.sinkage).sum() for a in answers))
-        for response in used:
-            pair = []
-            for points, calculated in zip((train, held_out), answers, strict=True):
-                difference = getattr(calculated, response) - getattr(points, response)
-                difference = difference[np.isfinite(difference)]
-                pair.append(float(np.sqrt(np.mean(difference**2))) if len(difference) else float("nan"))
-            rms[response] = (pair[0], pair[1])
-        scores[label] = rms
-    return FitResult(
-        soil=fitted_soil,
-        fitted=fitted,
-        held_at_prior=tuple(dropped),
-        correlation=covariance / np.outer(shrink, shrink),
-        condition=float(np.linalg.cond(jacobian)),
-        before=scores["before"],
-        after=scores["after"],
-        repeatability=floors,
-        n_train=len(train),
-        n_held_out=len(held_out),
-        not_carried=not_carried,
-    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Scores:
+    """rms : {response: (train, held out)}. not_carried : points without a value."""
+
+    rms: dict[str, tuple[float, float]]
+    not_carried: int
+
+
+def _scores(simulator: Simulator, soil: Soil, train: BenchPoints, held_out: BenchPoints, used: Sequence[str]) -> _Scores:
+    sets = [(points, simulator(soil, points)) for points in (train, held_out)]
+    rms = {}
+    for response in used:
+        left = [getattr(calculated, response) - getattr(points, response) for points, calculated in sets]
+        left = [d[np.isfinite(d)] for d in left]
+        first, second = (float(np.sqrt(np.mean(d**2))) if len(d) else float("nan") for d in left)
+        rms[response] = (first, second)
+    return _Scores(rms=rms, not_carried=int(sum(np.isnan(calculated.sinkage).sum() for _, calculated in sets)))
