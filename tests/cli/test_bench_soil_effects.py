@@ -8,6 +8,7 @@ from contextlib import closing
 import pytest
 
 from command import assert_refused, rille
+from rille import store
 
 WHEEL = ("--radius", "150 mm", "--width", "165 mm")
 
@@ -149,9 +150,18 @@ def test_effects_are_listed_shown_added_and_removed(model):
     assert_refused(rille("effects", "add", model, "slip_sinkage", "--set", "slip_gain=99"), "1.5")
     assert_refused(rille("effects", "add", model, "slip_sinkage", "--set", "slip_gian=0.5"), "slip_gain")
     assert_refused(rille("effects", "add", model, "slip_sinkage", "--target", "wheel_x", "--set", "slip_gain=0.5"), "wheel_front_left")
+    assert_refused(rille("effects", "remove", model, "multipass"), "it has slip_sinkage on *")
     assert rille("effects", "remove", model).returncode == 0
     again = json.loads(rille("run", model, "--duration", "1", "--json").stdout)
     assert again["summary"]["wheels"] == plain["summary"]["wheels"]
+
+
+def test_an_effect_on_what_the_model_lacks_is_told(tmp_path):
+    database = tmp_path / "empty.db"
+    store.create(database)
+    done = rille("effects", "add", database, "slip_sinkage", "--set", "slip_gain=0.5")
+    assert done.returncode == 0, done.stderr
+    assert "no wheel yet" in done.stderr
 
 
 def test_an_expression_is_added_and_a_wrong_dimension_refused(model):

@@ -220,6 +220,22 @@ def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
     assert store.read_trace(model).status == "interrupted"
 
 
+def test_an_interrupt_of_rille_alone_reaches_the_solver(model):
+    """As supervisors and the stop buttons of editors send it: not to the group of processes, as a keyboard does."""
+    drives = store.read_rover(model).drives
+    crawl = tuple(Command(drive=d.name, time=0.0, value=1e-5) for d in drives)
+    store.write_scenario(model, Scenario(name="crawl", duration=100000, terrain="plane", placement="on_terrain", commands=crawl))
+    process = subprocess.Popen([RILLE, "run", str(model), "--scenario", "crawl"], stdout=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while not store.list_runs(model) and time.monotonic() < deadline:  # until then Python still starts
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in output
+    assert store.read_trace(model).status == "interrupted"
+
+
 def test_an_outcome_of_physics_is_4(model):
     rover = store.read_rover(model)
     commands = tuple(Command(drive=d.name, time=0.0, value=30.0) for d in rover.drives)

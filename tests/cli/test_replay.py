@@ -137,7 +137,7 @@ def test_the_page_stands_beside_the_database_by_default(path):
         (["--run", "7"], ["has no run 7"]),
         (["--against", "mars"], ["neither a run nor a recording 'mars'"]),
         (["-o", "film.avi"], ["ends in none of"]),
-        (["-o", "nowhere/p.html"], ["folder 'nowhere' does not exist"]),
+        (["-o", "nowhere/p.html"], ["no folder 'nowhere'"]),
         (["-o", "s.png", "--at", "9"], ["time is 9 s", "goes from 0 to 1 s"]),
         (["-o", "f.mp4", "--from", "0.8", "--to", "0.2"], ["--from must come before --to"]),
         (["-o", "f.mp4", "--size", "huge"], ["size is 'huge'"]),

@@ -83,7 +83,8 @@ def test_a_polygon_from_geojson_and_from_the_command_line(folder, tmp_path):
         (("--box", "0,0,99,1", "-o", "a.tif"), ("x = 99.00 m", "-17.00 to 23.00 m", "move or shrink it")),
         (("--box", "0,0,9", "-o", "a.tif"), ("--box is '0,0,9'", "4 numbers")),
         (("--size", "3 kg", "-o", "a.tif"), ("--size", "3 kg")),
-        (("--size", "5", "--heading", "0.5", "-o", "a.asc"), ("turned by 0.5 rad", "GeoTIFF")),
+        (("--size", "5", "--heading", "30", "-o", "a.tif"), ("--heading is 30 without a unit", "'30 deg'")),
+        (("--size", "5", "--heading", "0.5 rad", "-o", "a.asc"), ("turned by 0.5 rad", "GeoTIFF")),
         (("--size", "5", "-o", "a.tfi"), ("cannot be told", "did you mean '.tif'")),
         (("--size", "5", "-f", "geotif", "-o", "a.x"), ("no format 'geotif'", "'geotiff'")),
         (("--size", "5", "-o", "nowhere/a.tif"), ("no folder", "nowhere")),
@@ -97,6 +98,26 @@ def test_refusals_are_one_sentence_and_leave_nothing(folder, tmp_path, arguments
     assert_refused(rille("terrain", "extract", folder / source, *arguments, cwd=tmp_path), *words)
     assert list(tmp_path.iterdir()) == []
     assert (folder / source).read_bytes() == before
+
+
+def test_a_database_that_is_not_there_is_made_by_a_verb_of_terrain(tmp_path):
+    done = rille("terrain", "extract", tmp_path / "no.db", "-o", tmp_path / "a.tif")
+    assert_refused(done, "there is no file", "check the path", "rille terrain build SCENE.toml")
+    done = rille("terrain", "ruts", tmp_path / "no.db", "-o", tmp_path / "a.tif")
+    assert_refused(done, "there is no file", "check the path", "rille run")
+    done = rille("terrain", "ruts", tmp_path / "no.db", "-o", tmp_path / "a.png")
+    assert_refused(done, "does not end in .tif or .tiff")
+
+
+def test_obstacles_that_a_format_leaves_out_are_said_in_one_line(folder, tmp_path):
+    stone = '[[obstacle]]\nname = "stone"\nkind = "box"\nsize = ["1 m", "1 m", "1 m"]\nx = 0\ny = 0\n'
+    (tmp_path / "stones.toml").write_text((folder / "scene.toml").read_text() + stone)
+    for verb in ("build", "extract"):
+        done = rille("terrain", verb, tmp_path / "stones.toml", "-o", tmp_path / "a.stl", "-o", tmp_path / "a.glb")
+        assert done.returncode == 0, done.stderr
+        notes = [line for line in done.stderr.splitlines() if line.startswith("note:")]
+        assert len(notes) == 1
+        assert "a.stl: the ground alone, without the 1 obstacle of the scene" in notes[0]
 
 
 def test_a_database_without_that_terrain_is_refused(folder, tmp_path):

@@ -76,6 +76,8 @@ def test_the_ground_of_a_database(model, tmp_path):
         (["--kind", "3d", "--at", "50,0"], ["(50, 0) m lies outside the terrain", "x -15 to 15 m"]),
         (["--kind", "profile", "--line", "50,50,60,60"], ["does not meet the terrain"]),
         (["--kind", "3d", "--heading", "3 m"], ["heading of the rover"]),
+        (["--kind", "3d", "--heading", "30"], ["heading of the rover is 30 without a unit", "'30 deg'"]),
+        (["-o", "yard.jpg"], ["'yard.jpg' is named as a picture that is no PNG", "yard.png", "folder"]),
         (["--kind", "shade", "-o", "/proc/x/y"], ["the folder '/proc/x/y' cannot be made"]),
     ],
 )
@@ -84,6 +86,7 @@ def test_what_cannot_be_drawn_is_one_sentence(scene, tmp_path, arguments, words)
 
 
 def test_a_scene_that_is_not_there(tmp_path):
+    assert_refused(rille("terrain", "preview", tmp_path / "no.db"), "there is no file", "rille terrain build SCENE.toml")
     assert_refused(rille("terrain", "preview", tmp_path / "no.toml"), "there is no file")
     assert_refused(rille("terrain", "preview", tmp_path / "no.toml", "--watch"), "to watch")
 

@@ -47,6 +47,27 @@ def test_a_row_of_data_is_none(tmp_path, text):
     assert form.columns == tuple(text.splitlines()[0].split(","))
 
 
+@pytest.mark.parametrize(
+    ("text", "skip", "columns"),
+    [
+        ("Logger v3\nDate: 1.1.2024\n\nt,q,v\n0,1,2\n1,2,3\n", 4, ("t", "q", "v")),
+        ("Operator: Smith, John\nt,q,v\n0,1,2\n", 2, ("t", "q", "v")),
+        ("t,q\n0,1,\n1,2,\n", 1, ("t", "q")),  # a row of numbers is no header, however its commas are
+        ("t\n0\n1\n", 1, ("t",)),
+    ],
+)
+def test_the_header_stands_below_what_a_logger_says_of_itself(tmp_path, text, skip, columns):
+    form = form_of(tmp_path, text)
+    assert (form.skip, form.columns) == (skip, columns)
+
+
+@pytest.mark.parametrize("cell", ["1,5", "-0,000000e+00", "+,5", "1,40861E-3"])
+def test_decimal_commas_are_found_wherever_they_begin(tmp_path, cell):
+    """A hundred whole numbers first."""
+    assert form_of(tmp_path, "t;q\n" + "".join(f"{k};0\n" for k in range(100)) + f"100;{cell}\n").decimal == ","
+    assert form_of(tmp_path, "t;q\n0;1.5\n").decimal == "."
+
+
 def test_a_bench_is_read_in_the_units_of_that_line(tmp_path):
     path = tmp_path / "b.csv"
     path.write_text("load,slip,sinkage,drawbar_pull\nkN,-,mm,N\n0.03,0.1,4,1\n0.03,0.2,5,2\n", encoding="utf-8")

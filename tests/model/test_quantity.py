@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rille.model import InputRefused
-from rille.model.quantity import SI_UNITS, USUAL, to_si
+from rille.model.quantity import SI_UNITS, USUAL, angle_with_unit, to_si
 
 SI = [(unit, unit) for unit in (*SI_UNITS.values(), "Pa s/m", "1/m^2")]
 
@@ -73,3 +73,15 @@ def test_neither_a_grade_is_an_angle_nor_a_rate_a_turning_speed(text, unit):
     """30 % are 16.7 degrees, not 17.2; 1 Hz is a turn, or a radian, a second: nobody can say."""
     with pytest.raises(InputRefused, match="write deg, rad or turn"):
         to_si(text, unit, "it")
+
+
+def test_an_angle_that_a_person_typed_has_a_unit():
+    """Only 0 is the same in all units; a bare 30 may mean degrees or radians."""
+    assert angle_with_unit("30 deg", "heading") == pytest.approx(np.pi / 6)
+    assert angle_with_unit("-0.5rad", "heading") == -0.5
+    assert angle_with_unit("0", "heading") == angle_with_unit(" 0.0 ", "heading") == 0.0
+    for bare in ("30", "-0.5", "30 1", "1/2", "1e-3"):
+        with pytest.raises(InputRefused, match=r"heading is .* without a unit; write for example '.* deg'"):
+            angle_with_unit(bare, "heading")
+    with pytest.raises(InputRefused, match="heading"):
+        angle_with_unit("3 m", "heading")

@@ -12,7 +12,9 @@ from recording_files import drive, write_bag, write_mcap
 from recording_import import CHANNELS, load, manifest
 from rille import store
 from rille.model import InputRefused
+from rille.model.recording import Channel, Correction
 from rille.recording import importing
+from rille.recording.corrections import correct
 from rille.recording.spool import Spool
 
 
@@ -170,6 +172,36 @@ def test_resampling(tmp_path):
     assert u.value.tolist() == [0, 0, 1, 1, 1, 2, 2, 2, 3]  # a command holds
     between = 3.1 + (2 * np.pi - 6.2) / 3  # a third of the way round from 3.1 to -3.1
     np.testing.assert_allclose(yaw.value[3], between, atol=1e-12)
+
+
+def test_rows_of_one_time_that_two_rates_share_lose_nothing(tmp_path):
+    """The outer join of two loggers: t, q, (nothing) and t, (nothing), v."""
+    gap = np.nan
+    table(tmp_path, {"t": [0.0, 0.0, 1.0, 2.0, 2.0, 2.0], "q": [1.0, gap, 2, gap, 3, 4], "v": [gap, 5.0, gap, 6, gap, 7]})
+    step = '[[correction]]\nkind = "drop_duplicates"\nreason = "an outer join"\n'
+    load(manifest(tmp_path, "d.parquet", channels=CHANNELS + step), tmp_path / "m.db")
+    q, v = store.read_recording(tmp_path / "m.db", "drive").channels
+    assert q.time.tolist() == [0, 1, 2]
+    assert q.value.tolist() == [1, 2, 3]
+    np.testing.assert_array_equal(v.value, [5, np.nan, 6])
+
+
+def test_turns_are_resampled_between_orientations_not_between_numbers():
+    """An encoder that wraps, and a quaternion whose sign flips: between samples lies the angle between them."""
+    time = np.arange(0, 2, 0.1)
+    angle = 2.5 * time
+    sign = np.where(np.arange(len(time)) % 3 == 1, -1.0, 1.0)
+    values = {"a": (angle + np.pi) % (2 * np.pi) - np.pi, "w": sign * np.cos(angle / 2), "z": sign * np.sin(angle / 2)}
+    values |= {"x": np.zeros(len(time)), "y": np.zeros(len(time))}
+    channels = {"a": Channel(name="a", quantity="joint.position", target="j", unit="rad")}
+    for c in "wxyz":
+        channels[c] = Channel(name=c, quantity="part.orientation", target="b", component=c, unit="1")
+    step = Correction(kind="resample", reason="one rate", detail={"rate": 40.0})
+    grid, found, _ = correct(step, "t", time, values, channels)
+    np.testing.assert_allclose(found["a"], 2.5 * grid, atol=1e-12)
+    turned = 2 * np.unwrap(np.arctan2(found["z"], found["w"]), period=np.pi)  # q and -q are one orientation
+    np.testing.assert_allclose(turned, 2.5 * grid, atol=2e-4)  # a chord of 0.125 rad instead of its arc: 0.125^3 / 48 * 2
+    np.testing.assert_allclose(found["w"] ** 2 + found["z"] ** 2, 1, atol=1e-12)
 
 
 def test_an_import_that_was_interrupted_goes_on(tmp_path, monkeypatch):

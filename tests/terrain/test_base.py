@@ -13,6 +13,8 @@ from rasterio.transform import Affine
 
 from rille.model import InputRefused
 from rille.model.grid import bilinear
+from rille.terrain import raster as raster_module
+from rille.terrain import read_dem
 from rille.terrain.base import BaseSheet, make_base
 from rille.terrain.base import cells as cells_module
 from rille.terrain.base import means as means_module
@@ -313,6 +315,54 @@ def test_scale_offset_nodata_and_marks_are_honoured(tmp_path):
     lost[3, 4] = -3.4e38  # a mark whose tag was lost
     with pytest.raises(InputRefused, match="1 heights missing, the first at row 3, column 4"):
         base_of(kind="dem", file=str(raster_file(tmp_path / "lost.tif", lost)))
+
+
+@pytest.mark.parametrize("mark", [-9999.0, -32768.0, -32767.0, -99999.0])
+@pytest.mark.parametrize("large", [False, True])
+def test_marks_that_lost_their_tag_are_refused(tmp_path, monkeypatch, mark, large):
+    """As pits kilometres deep they would be built without a word. Told: which value, in how many cells, how far below, what to do."""
+    if large:
+        monkeypatch.setattr(cells_module, "MOST_RESIDENT", 100)
+        monkeypatch.setattr(raster_module, "STRIP", 700)
+    heights = hills().astype(np.float32)
+    heights[20:24, 30:35] = mark
+    file = raster_file(tmp_path / "lost.tif", heights)
+    words = rf"20 heights of exactly {mark:g} m, \d+ m below all others .*gdal_edit -a_nodata {mark:g}"
+    with pytest.raises(InputRefused, match=words):
+        base_of(kind="dem", file=str(file))
+    with pytest.raises(InputRefused, match=words):
+        read_dem(file)
+    away = {"size": [20, 20], "center": [-40, 40]}
+    assert base_of(kind="dem", file=str(file), **away).holes is None  # only where the scene is
+    declared = raster_file(tmp_path / "declared.tif", heights, nodata=mark)
+    with pytest.raises(InputRefused, match="20 heights missing"):
+        base_of(kind="dem", file=str(declared))
+
+
+@pytest.mark.parametrize(("low", "high"), [(-10900, -8000), (-9999, -5000), (-14000, 9000), (-9999, -9990)])
+def test_true_heights_are_no_marks(tmp_path, low, high):
+    """Deep ground that holds -9999 m among its neighbours, or as its lowest point, is ground."""
+    heights = np.sort(np.append(np.linspace(low, high, 41), -9999.0))
+    heights = np.broadcast_to(heights, (30, len(heights))).astype(np.float32).copy()
+    assert (heights == -9999).any()
+    assert np.array_equal(read_dem(raster_file(tmp_path / "deep.tif", heights)).heights, heights)
+
+
+def test_marks_are_found_where_values_are_scaled(tmp_path):
+    """Decimetres above a level: the mark is that of the stored value, and so is what is to be declared."""
+    stored = (10 * (hills() - 700)).astype(np.int16)
+    stored[5, 5] = -9999
+    file = raster_file(tmp_path / "scaled.tif", stored, tags={"scales": 0.1, "offsets": 700.0, "units": "m"})
+    with pytest.raises(InputRefused, match=r"1 height of exactly -299.9 m.*-a_nodata -9999"):
+        read_dem(file)
+
+
+def test_a_file_that_ends_early_is_called_so(tmp_path):
+    file = raster_file(tmp_path / "a.asc", hills().astype(np.float32), driver="AAIGrid")
+    text = file.read_text()
+    file.write_text(text[: len(text) // 2])
+    with pytest.raises(InputRefused, match="cannot be read as a raster: it ends early"):
+        read_dem(file)
 
 
 def test_a_band_is_chosen(tmp_path):

@@ -6,6 +6,7 @@ mirrored, transposed, shifted by half a cell or offset in height shows.
 
 import errno
 import json
+import math
 import struct
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -19,7 +20,7 @@ from rasterio.crs import CRS
 from machines import LUNAR_SOIL
 from rille.model import InputRefused, MaterialPair, Obstacle, Pose, SoilPatch, Terrain
 from rille.terrain import build
-from rille.terrain.delivery import FORMATS, deliver, find_format, mesh_rows, plan, strips
+from rille.terrain.delivery import FORMATS, deliver, find_format, left_out, mesh_rows, plan, strips
 from rille.terrain.delivery import appearing as appearing_module
 
 MOON = "IAU_2015:30110"
@@ -289,6 +290,77 @@ def test_gazebo_stretches_the_image_over_the_points(tmp_path):
     assert pos[1] - size[1] / 2 == pytest.approx(y[-1])
 
 
+def stones():
+    """One obstacle of each kind, turned, with names that formats must take."""
+    turned = (math.cos(0.4), 0.0, math.sin(0.4), 0.0)  # by 0.8 rad about y
+    corners = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-0.5, 0.5)]) * [0.5, 0.25, 0.5]
+    return (
+        Obstacle(name="block", kind="box", pose=Pose(position=(1.0, 2.0, 3.0), rotation=turned), size=(2.0, 1.0, 0.5)),
+        Obstacle(name="ball & co", kind="sphere", pose=Pose(position=(3.0, 2.0, 3.0)), size=(0.5,)),
+        Obstacle(name="post", kind="cylinder", pose=Pose(position=(5.0, 2.0, 3.0), rotation=turned), size=(0.2, 1.5)),
+        Obstacle(name="terrain", kind="hull", pose=Pose(position=(7.0, 2.0, 3.0), rotation=turned), vertices=corners + [0.1, 0.0, 0.0]),
+    )
+
+
+# volumes [m^3]; round ones of 24 segments are smaller than the round body by 1.1 % (2 pi / 24 over its sine) and 2 %
+VOLUMES = {"block": (1.0, 1e-6), "ball & co": (np.pi / 6, 0.03), "post": (0.06 * np.pi, 0.012), "terrain": (0.25, 1e-6)}
+
+
+def test_gazebo_has_the_obstacles_where_they_are(tmp_path):
+    """Links of a static model with collision and visual; the mesh of a rock is a file of its own, and is listed with what was written."""
+    import trimesh
+
+    terrain = ramp(33, 33, obstacles=stones())
+    files = deliver(terrain, plan([tmp_path / "t.sdf"]))
+    assert [file.name for file in files] == ["t.sdf", "t.png", "t.rock_1.obj"]
+    model = ET.parse(tmp_path / "t.sdf").getroot().find("world/model[@name='obstacles']")
+    assert model.find("static").text == "true"
+    links = {link.get("name"): link for link in model.findall("link")}
+    assert list(links) == [stone.name for stone in stones()]
+    for stone in stones():
+        pose = links[stone.name].find("pose")
+        x, y, z, qx, qy, qz, qw = (float(v) for v in pose.text.split())
+        assert pose.get("rotation_format") == "quat_xyzw"
+        assert ((x, y, z), (qw, qx, qy, qz)) == (stone.pose.position, stone.pose.rotation)
+        collision, visual = (links[stone.name].find(f"{part}/geometry")[0] for part in ("collision", "visual"))
+        assert ET.tostring(collision) == ET.tostring(visual)
+        numbers = {"box": "size", "sphere": "radius", "cylinder": "radius length"}.get(stone.kind, "").split()
+        assert [float(v) for name in numbers for v in collision.find(name).text.split()] == list(stone.size)
+    rock = trimesh.load(tmp_path / links["terrain"].find("collision/geometry/mesh/uri").text, force="mesh")
+    assert rock.volume == pytest.approx(0.25)
+    assert rock.bounds == pytest.approx(np.array([[-0.4, -0.25, -0.25], [0.6, 0.25, 0.25]]))
+
+
+@pytest.mark.parametrize("ending", [".obj", ".glb", ".gltf"])
+def test_meshes_hold_obstacles_as_objects_of_their_own(tmp_path, ending):
+    """Each is closed, outside out (its volume is positive), and has its volume and its middle."""
+    import trimesh
+
+    path = written(ramp(9, 9, obstacles=stones()), tmp_path / f"t{ending}")
+    loaded = trimesh.load_scene(path, **({"group_material": False, "split_objects": True} if ending == ".obj" else {}))
+    parts = {name: mesh for mesh, name in zip(loaded.dump(), loaded.graph.nodes_geometry, strict=True)}
+    assert len(parts) == 5
+    for stone in stones():
+        mesh = parts[f"obstacle_{stone.name.replace(' ', '_')}" if ending == ".obj" else stone.name]
+        mesh.merge_vertices()
+        volume, tolerance = VOLUMES[stone.name]
+        assert mesh.is_watertight
+        assert mesh.volume == pytest.approx(volume, rel=tolerance)
+        x, y, z = mesh.center_mass
+        if ending != ".obj":
+            y, z = -z, y
+        shift = 0.1 * np.array([math.cos(0.8), 0.0, -math.sin(0.8)]) if stone.kind == "hull" else 0.0
+        assert np.array([x, y, z]) == pytest.approx(np.array(stone.pose.position) + shift, abs=1e-6)
+
+
+def test_formats_without_obstacles_say_so(tmp_path):
+    outputs = plan([tmp_path / name for name in ("t.stl", "t.tif", "t.glb", "t.sdf")])
+    assert left_out(ramp(), outputs) == ""
+    sentence = left_out(ramp(obstacles=stones()), outputs)
+    assert sentence.startswith("t.stl, t.tif: the ground alone, without the 4 obstacles of the scene; ")
+    assert left_out(ramp(obstacles=stones()), outputs[2:]) == ""
+
+
 def test_gazebo_says_which_posting_it_takes(tmp_path):
     with pytest.raises(InputRefused, match=r"53 x 37 points.*2\^n \+ 1.*--posting 0\.40625,0\.140625 for 65 x 65"):
         written(ramp(), tmp_path / "t.sdf")
@@ -461,6 +533,17 @@ def test_ruts_lie_on_the_map_as_their_terrain_does(tmp_path):
         x, y = 1.5 + 6 * 0.02, 3.25 - 0.02
         c, s = np.cos(0.7), np.sin(0.7)
         assert raster.xy(1, 6) == pytest.approx((1000 + c * x - s * y, 2000 + s * x + c * y), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["r.png", "r", "r.asc"])
+def test_ruts_are_written_under_names_of_a_geotiff_alone(tmp_path, name):
+    from rille.model import Ruts
+    from rille.terrain import write_ruts
+
+    ruts = Ruts(sinkage=np.zeros((5, 9)), pressure=np.zeros((5, 9)), posting=0.02, x_west=1.5, y_north=3.25)
+    with pytest.raises(InputRefused, match=r"does not end in \.tif or \.tiff.* for example r\.tif"):
+        write_ruts(ruts, ramp(), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_a_terrain_is_made_of_is_not_written_over(tmp_path):

@@ -9,11 +9,14 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+import rasterio
 
 from rille.model import InputRefused
 from rille.terrain import build, editing, history
 from rille.terrain.contents import contents
+from rille.terrain.scene import read_scene
 from rille.terrain.starter import new_scene
 
 SCENE = """# my site
@@ -232,10 +235,22 @@ def test_a_list_of_inline_tables_is_left_alone(scene):
         ("2 landforms called 'bowl'", "crater", {"name": "bowl", "drivers": {"diameter": "5 m"}}),
         ("scale", "crater", {"scale": -2.0, "drivers": {"diameter": "5 m"}}),
         ("age of .* is 'old'", "crater", {"age": "old", "drivers": {"diameter": "5 m"}}),
+        ("age of .* is '3 m'", "crater", {"age": "3 m", "drivers": {"diameter": "5 m"}}),
     ],
 )
 def test_what_a_scene_would_be_refused_for_is_never_written(scene, words, landform, options):
     refused(scene, words, editing.place, landform, **options)
+
+
+def test_ages_are_times_or_bare_numbers_but_not_both(scene):
+    """2 Gyr are older than 300 Myr and lie below; a bare 40 beside them could be anything."""
+    young = editing.place(scene, "mound", name="young", age="300 Myr", drivers={"diameter": "3 m", "height": "1 m"})
+    assert young.entry["age"] == "300 Myr"
+    editing.place(scene, "crater", name="old", age="2 Gyr", drivers={"diameter": "3 m"})
+    names = [item.instance.name for item in read_scene(scene).items]
+    assert names.index("old") < names.index("young") < names.index("bowl")  # from the lowest to the topmost
+    refused(scene, "age of landform 'odd' is 40 without a unit, and that of .* give all ages of the scene a unit, or none",
+            editing.place, "mound", name="odd", age="40", drivers={"diameter": "3 m", "height": "1 m"})  # fmt: skip
 
 
 def test_names_that_are_not_there(scene):
@@ -494,6 +509,21 @@ def test_a_new_scene_can_be_built_at_once(tmp_path, base):
     with pytest.raises(InputRefused, match="exists already"):
         new_scene(file)
     assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize("missing", [0, 5])
+def test_a_new_scene_on_a_dem_with_holes_fills_them_and_says_so(tmp_path, missing):
+    heights = np.add.outer(np.arange(12.0), np.arange(10.0))
+    heights[4, 2 : 2 + missing] = np.nan
+    transform = rasterio.Affine(2, 0, 500000, 0, -2, 4000000)
+    size = {"height": 12, "width": 10, "count": 1, "dtype": "float64"}
+    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", crs="EPSG:32633", transform=transform, **size) as raster:
+        raster.write(heights, 1)
+    file = tmp_path / "new.toml"
+    notes = new_scene(file, base="dem", dem="dem.tif")
+    assert notes == (("5 heights of 'dem.tif' are missing; the scene interpolates them (fill_holes = true)",) if missing else ())
+    filled = build(file).filled
+    assert (0 if filled is None else filled.sum()) == missing
 
 
 def test_a_new_scene_that_cannot_be_is_not_written(tmp_path):

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from rille.model import InputRefused
+from rille.model import InputRefused, Terrain
 from rille.terrain import own
+from rille.terrain.delivery import deliver
+from rille.terrain.delivery import plan as plan_outputs
 from rille.terrain.grid import Grid
 from rille.terrain.own import zbuffer
 from rille.terrain.own.formula import FUNCTIONS, parse_formula
@@ -326,6 +328,18 @@ class TestHeightMaps:
         assert form.footprint(values) == (8.0, 2.0)
         assert form.profile(np.array([8.01]), np.zeros(1), values) == 0.0
 
+    def test_the_unit_is_what_the_file_says(self, tmp_path, ramp):
+        write_tif(tmp_path / "map.tif", ramp, unit="mm")
+        relief = own.read_height_map(tmp_path / "map.tif", own.Georeference(zero="0", fade="0"))
+        assert relief.heights == pytest.approx(ramp / 1000)
+
+    def test_black_and_white_are_no_marks(self, tmp_path):
+        """A stamp in 16 signed bits, whose black is -32768, says what its grey levels mean."""
+        stamp = np.where(np.add.outer(np.arange(9), np.arange(9)) % 4 < 2, -32768, 32767)
+        write_tif(tmp_path / "map.tif", stamp, dtype="int16")
+        relief = own.read_height_map(tmp_path / "map.tif", own.Georeference(height_range="0 m, 1 m", zero="0", fade="0"))
+        assert np.unique(relief.heights).tolist() == [0.0, 1.0]
+
     @pytest.mark.parametrize(
         ("origin", "expected"),
         [
@@ -408,6 +422,8 @@ class TestHeightMaps:
             ("degrees.tif", {"unit": "m"}, ["--posting or --length"]),
             ("holes.tif", {"unit": "m"}, ["1 heights missing", "gdal_fillnodata"]),
             ("flat.tif", {"unit": "m"}, ["flat"]),
+            ("marks.tif", {"unit": "m"}, ["1 height of exactly -9999 m", "below all others (10 to 98)", "gdal_edit -a_nodata -9999"]),
+            ("fathoms.tif", {}, ["in 'sea fathoms'", "no known length", "--unit m"]),
             ("text.tif", {"unit": "m"}, ["cannot be read as a raster"]),
             ("absent.tif", {"unit": "m"}, ["there is no height map"]),
         ],
@@ -422,6 +438,8 @@ class TestHeightMaps:
         write_tif(tmp_path / "degrees.tif", ramp, crs="IAU_2015:30100", posting=(0.1, 0.1), corner=(0, 10))
         write_tif(tmp_path / "holes.tif", np.where(ramp == ramp[2, 2], np.nan, ramp))
         write_tif(tmp_path / "flat.tif", 0 * ramp)
+        write_tif(tmp_path / "marks.tif", np.where(ramp == ramp[2, 2], -9999.0, ramp))
+        write_tif(tmp_path / "fathoms.tif", ramp, unit="sea fathoms")
         (tmp_path / "text.tif").write_text("no raster")
         with pytest.raises(InputRefused) as refused:
             own.read_height_map(tmp_path / file, own.Georeference(**stated))
@@ -432,7 +450,7 @@ class TestHeightMaps:
     def test_a_map_that_ends_in_a_wall_is_refused(self, tmp_path, ramp):
         write_tif(tmp_path / "map.tif", ramp)
         relief = own.read_height_map(tmp_path / "map.tif", own.Georeference(unit="m", fade="0"))
-        with pytest.raises(InputRefused, match="from zero at its border"):
+        with pytest.raises(InputRefused, match=r"from zero at its border.*--fade.*--blend replace"):  # options that there are
             keep(tmp_path, relief, tmp_path / "map.tif")
 
 
@@ -564,7 +582,7 @@ class TestSolids:
         assert relief.heights.max() == pytest.approx(bottom + 0.5)
         assert np.abs(relief.heights - np.maximum((x - left) / 4 + bottom, 0))[raised].max() < 1e-12
 
-    @pytest.mark.parametrize(("up", "size"), [("z", (2, 1, 0.5)), ("x", (1, 0.5, 2)), ("-y", (0.5, 2, 1)), ("-z", (2, 1, 0.5))])
+    @pytest.mark.parametrize(("up", "size"), [("z", (2, 1, 0.5)), ("x", (0.5, 1, 2)), ("-y", (2, 0.5, 1)), ("-z", (2, 1, 0.5))])
     def test_the_axis_that_points_up(self, wedge, up, size):
         relief = own.heights_of_solid(*wedge, subject="wedge", up=up, posting="2 cm")
         extent = [2 * max(abs(relief.grid.x_west), 0) - 0.04, 2 * relief.grid.y_north - 0.04, relief.heights.max()]
@@ -579,6 +597,27 @@ class TestSolids:
             assert np.linalg.det(turned) == pytest.approx(1)
             axis = np.eye(3)["xyz".index(up[-1])] * (-1 if up[0] == "-" else 1)
             assert turn_up(axis[None], up)[0] == pytest.approx([0, 0, 1])
+
+    @pytest.mark.parametrize(("up", "kept"), [("y", "x"), ("-y", "x"), ("x", "y"), ("-x", "y"), ("z", "xy"), ("-z", "x")])
+    def test_the_axis_is_brought_up_by_the_shortest_turn(self, up, kept):
+        """A turn about the axis that is square to both: that one stays where it is, and so do both where nothing is to be turned."""
+        for axis in kept:
+            unit = np.eye(3)["xyz".index(axis)]
+            assert own.mesh_file.turn_up(unit[None], up)[0].tolist() == unit.tolist()
+
+    @pytest.mark.parametrize("ending", ["glb", "gltf", "obj", "stl"])
+    def test_what_rille_exports_comes_back_as_it_was(self, tmp_path, ending):
+        """A wedge with a ridge on one side looks different from everywhere. Heights in single precision: 1e-6 m."""
+        y, x = np.mgrid[6:-1:-1, 0:9] * 0.5
+        heights = 0.2 + 0.1 * x + np.where(y > 2.2, 0.3, 0.0) + 0.05 * x * y
+        form = Terrain(name="form", heights=heights, posting_x=0.5, posting_y=0.5, x_west=-1.0, y_north=2.0, soil="", soils=(), pairs=())
+        path = tmp_path / f"form.{ending}"
+        deliver(form, plan_outputs([path]))
+        vertices, triangles = own.read_triangles(path, None if ending.startswith("gl") else "m")
+        where = {"origin": "coordinates", "zero": "coordinates", "posting": "0.5 m"}
+        relief = own.heights_of_solid(vertices, triangles, subject="form", up=own.up_axis(path), **where)
+        assert (relief.grid.x_west, relief.grid.y_north) == pytest.approx((-1.5, 2.5))  # a border of one point
+        assert np.abs(relief.heights[1:-1, 1:-1] - heights).max() < 1e-6
 
     @pytest.mark.parametrize(
         ("options", "words"),

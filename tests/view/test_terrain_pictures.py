@@ -206,6 +206,28 @@ def test_populations_are_counted_and_the_origin_is_told():
     assert "5.73\u00b0 against east" in text
 
 
+def test_a_caption_has_only_the_sentences_that_there_are():
+    assert counted(ground(bowl, source="fractal")) == "Base: fractal."
+    assert counted(ground(bowl)) == ""
+
+
+@pytest.fixture
+def said(monkeypatch):
+    """Texts that are written on pictures."""
+    texts = []
+    write = Paper.text
+    monkeypatch.setattr(Paper, "text", lambda self, at, text, **look: (texts.append(text), write(self, at, text, **look))[1])
+    return texts
+
+
+def test_a_map_of_many_heights_states_the_extent_of_all(tmp_path, said):
+    """2501 heights are drawn as every second one; 2500 of 2500 would end one short: the last is no second one."""
+    terrain = ground(lambda x, y: 0.1 * x + 0 * y, width=500.0 - 0.2, height=20.0)
+    assert terrain.heights.shape[1] == 2500
+    draw_shade(terrain, tmp_path / "map.png")
+    assert any(text.startswith("499.8 m \u00d7 20 m at 0.2 m") for text in said)
+
+
 @pytest.mark.parametrize(("heading", "direction"), [(0.0, (0, -1)), (math.pi / 2, (1, 0)), (-math.pi / 2, (-1, 0))])
 def test_the_arrow_points_north(tmp_path, heading, direction):
     """x turned by 90 deg against east points north, so that north is to the right of the picture."""
@@ -275,6 +297,18 @@ def test_a_profile_measures_a_ramp(tmp_path):
     picture = pixels(tmp_path / "p.png")
     ground_color = np.all(np.abs(picture[118:382, 84:1214] - np.array(rgb("#c9bda6"))) < 3, axis=2)
     assert ground_color[:, 1000:1100].sum() > 2 * ground_color[:, 100:200].sum()  # it rises to the right
+
+
+def test_a_profile_that_leaves_the_ground_says_how_much_is_on_it(tmp_path, said):
+    """From the middle, x = 5 m, beyond the eastern border at 35 m: 30 of 50 m, to half a posting."""
+    terrain = ground(lambda x, y: 0.1 * x + 0 * y)
+    facts = draw_profile(terrain, tmp_path / "p.png", (5, 0, 55, 0))
+    assert facts["length_m"] == pytest.approx(50)
+    assert facts["known_m"] == pytest.approx(30, abs=0.1)
+    assert any("50 m long (30 m of it on known ground)" in text for text in said)
+    said.clear()
+    assert draw_profile(terrain, tmp_path / "p.png", (5, 0, 25, 0))["known_m"] == pytest.approx(20)
+    assert not any("known ground" in text for text in said)
 
 
 def test_lines_that_make_no_profile_are_refused(tmp_path):

@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import check_machines
 from machines import box, cart, plane
 from rille.model import (
     BodyTrace,
+    Drive,
     InputRefused,
+    Joint,
     JointTrace,
     Mesh,
     Part,
@@ -19,6 +22,8 @@ from rille.model import (
     WheelTrace,
 )
 from rille.view import render, summary
+from rille.view.compose import mechanism_drawing
+from rille.view.plots import joint_rows
 from rille.view.pose import to_world
 
 
@@ -136,6 +141,22 @@ def test_a_machine_without_meshes_still_has_plots(tmp_path):
     assert "no visual meshes" in notes[0]
 
 
+def test_joints_are_drawn_in_the_units_of_their_kind():
+    """A hinge without a drive has no torque to draw, a slider moves in metres."""
+    trace, rover = hand_made()
+    slider = replace(rover.joints[0], kind="prismatic")
+    rover = replace(rover, joints=(slider, *rover.joints[1:]), drives=tuple(d for d in rover.drives if d.joint == slider.name))
+    labels = {label: [name for name, _ in lines] for label, lines in joint_rows(trace, rover)}
+    hinges = [j.name for j in rover.joints[1:]]
+    assert labels == {
+        "angle [rad]": hinges,
+        "rate [rad/s]": hinges,
+        "travel [m]": [slider.name],
+        "speed [m/s]": [slider.name],
+        "drive force [N]": [slider.name],
+    }
+
+
 def test_a_renderer_that_dies_is_a_note_not_a_crash(tmp_path, monkeypatch):
     """VTK without EGL dies by a signal; plots appear all the same."""
     trace, rover = hand_made()
@@ -153,3 +174,68 @@ def test_an_empty_run_is_refused(tmp_path):
     trace, rover = hand_made()
     with pytest.raises(InputRefused, match="no states"):
         render(replace(trace, time=np.empty(0)), rover, None, tmp_path)
+
+
+def turning(axis, n=41):
+    """A bar of 0.8 m on a base of 0.2 m that turns once about an axis at its end; rover and trace."""
+    rotation_axis = np.array(axis, float)
+    time = np.linspace(0, 4, n)
+    angle = np.pi / 2 * time
+    turned = np.column_stack([np.cos(angle / 2), *(np.sin(angle / 2) * component for component in rotation_axis)])
+    still = np.tile([1.0, 0, 0, 0], (n, 1))
+    at_rest = np.zeros((n, 3))  # of the frame of either body, on the axis
+    bodies = tuple(
+        BodyTrace(name=name, position=at_rest, rotation=rotation, velocity=at_rest, angular_velocity=at_rest)
+        for name, rotation in (("base", still), ("bar", turned))
+    )
+    parts, instances = [], []
+    for name, size, at in (("base", (0.2, 0.2, 0.1), (0, 0, -0.1)), ("bar", (0.8, 0.06, 0.03), (0.4, 0, 0))):
+        parts.append(replace(check_machines.box_part(name, size, 1.0), color="#cc6633"))
+        instances.append(PartInstance(path=name, part=name, body=name, pose=Pose(position=at)))
+    hinge = Joint(name="hinge", kind="hinge", parent="base", child="bar", point=(0, 0, 0), axis=tuple(axis))
+    rover = Rover(
+        parts=tuple(parts),
+        instances=tuple(instances),
+        bodies=(check_machines.body_of("base", [(parts[0], (0, 0, -0.1))]), check_machines.body_of("bar", [(parts[1], (0.4, 0, 0))])),
+        joints=(hinge,),
+    )
+    joints = (JointTrace(name="hinge", position=angle, velocity=0 * time + np.pi / 2, effort=0 * time, work=0 * time),)
+    return rover, replace(hand_made(n)[0], time=time, bodies=bodies, joints=joints, wheels=())
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)])
+def test_a_mechanism_is_seen_from_above_and_whole(axis):
+    """The camera stands over what it looks at, and every point projects within the page."""
+    drawing = mechanism_drawing(*turning(axis))
+    camera, (width, height) = drawing.camera, drawing.size
+    place, focus = np.array(camera.position), np.array(camera.focus)
+    assert place[2] > focus[2]
+    toward = (place - focus) / np.linalg.norm(place - focus)
+    right = np.cross(camera.up, toward)
+    right /= np.linalg.norm(right)
+    rays = np.concatenate([item.vertices for item in drawing.items]) - place
+    depth = -rays @ toward
+    assert depth.min() > 0
+    half = np.tan(np.radians(camera.view_angle) / 2)
+    seen = np.array([rays @ right / depth / (half * width / height), rays @ np.cross(toward, right) / depth / half])
+    assert np.abs(seen).max() == pytest.approx(0.92, abs=1e-6)  # as near as it can be
+
+
+@pytest.mark.parametrize(("effort", "words"), [(1.0, "8.33 W (wheel, driving)"), (-1.0, "8.33 W (wheel, braking)")])
+def test_peak_power_is_a_size_with_a_direction(effort, words):
+    """Effort times speed: 1 N m at 1/(0.8 x 0.15 m) rad/s are 8.33 W, whichever way."""
+    trace, rover = hand_made()
+    named = trace.joints[-1].name
+    joints = tuple(replace(joint, effort=0 * joint.effort + effort) for joint in trace.joints)
+    drives = (Drive(name="wheel", joint=named, mode="speed", max_torque=5.0),)
+    lines = summary(replace(trace, joints=joints), replace(rover, drives=drives)).lines()
+    assert any(line.startswith("peak power of a drive") and line.endswith(words) for line in lines)
+
+
+def test_losses_on_rigid_ground_are_not_called_rocks():
+    names = ("kinetic", "potential", "drive_work", "external_work", "soil_loss", "joint_loss", "contact_loss", "residual")
+    balance = dict.fromkeys(names, 0.0) | {"drive_work": 4.9, "contact_loss": 4.9}
+    trace, rover = hand_made()
+    (line,) = [x for x in replace(summary(trace, rover), balance=balance).lines() if "went into" in x]
+    assert "rigid contacts 4.9" in line
+    assert "rock" not in line

@@ -102,6 +102,17 @@ def add(
         print_json({"kind": effect.kind, "target": effect.target, "parameters": effect.parameters})
     else:
         say(f"{name} acts on {target} in {database}")
+        if target == "*" and _has_no(database, store.find_effect_kind(name).target):
+            say(f"the model has no {store.find_effect_kind(name).target} yet: until it has, {name} acts on nothing")
+
+
+def _has_no(database: Path, target: str) -> bool:
+    """Whether the model lacks what a law acts on."""
+    from rille import store
+
+    rover = store.read_rover(database)
+    targets = {"wheel": rover.wheels, "joint": rover.joints, "body": rover.bodies}
+    return target in targets and not targets[target]
 
 
 def parse_values(texts: list[str]) -> dict[str, object]:
@@ -130,11 +141,15 @@ def remove(
     Example: rille effects remove rover.db slip_sinkage
     """
     from rille import store
+    from rille.model import InputRefused
 
     present = store.read_effects(database)
     kept = [e for e in present if (name is not None and e.kind != name) or (target is not None and e.target != target)]
     if name is not None:
         store.find_effect_kind(name)
+    if len(kept) == len(present) and (name is not None or target is not None):
+        has = ", ".join(f"{e.kind} on {e.target}" for e in present) or "none"
+        raise InputRefused(f"'{database}' has no effect {name or ''}{f' on {target}' if target is not None else ''}; it has {has}")
     store.write_effects(database, kept)
     if as_json:
         print_json({"removed": len(present) - len(kept), "left": len(kept)})

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from rille.cli.places import require_place
 from rille.cli.talk import Json, print_json, progress, say
 
 PAGE, ANIMATION, STILL, FILMS = ".html", ".glb", ".png", (".mp4", ".gif")
@@ -15,7 +16,7 @@ def replay(
     database: Annotated[Path, typer.Argument(help="Database with the run.")],
     run: Annotated[int | None, typer.Option(help="Number of the run; default: the latest.")] = None,
     against: Annotated[str | None, typer.Option(help="Another run, by its number, or a recording, by its name: shown as a ghost.")] = None,
-    side: Annotated[bool, typer.Option("--side", help="With --against: two pictures side by side instead of a ghost.")] = False,
+    side: Annotated[bool, typer.Option("--side", help="With --against, on pages: two pictures side by side instead of a ghost.")] = False,
     out: Annotated[
         list[Path] | None,
         typer.Option("-o", "--out", help="File to write, repeatable: .html, .mp4, .gif, .glb or .png; default: DATABASE-run-N.html."),
@@ -54,8 +55,7 @@ def replay(
     for target in targets:
         if target.suffix.lower() not in (PAGE, ANIMATION, STILL, *FILMS):
             raise InputRefused(f"'{target}' ends in none of {PAGE} {ANIMATION} {STILL} {' '.join(FILMS)}; choose one of these")
-        if not target.parent.is_dir():
-            raise InputRefused(f"the folder '{target.parent}' does not exist; create it first")
+    require_place(*targets)
     eye = _camera(camera)
     pixels = _size(size)
     show = _Show(database, run, against)
@@ -76,6 +76,8 @@ def replay(
                     show.notes.append(f"'{target.name}' holds run {show.trace.run_id} alone: {show.other[1]} is in pages, films and stills")
                 written.append(target)
             else:
+                if side and show.other is not None:
+                    show.notes.append(f"'{target.name}' shows {show.other[1]} as a ghost: side by side is for pages ({PAGE})")
                 written += show.shoot(target, at or [], (start, stop), speed, fps, pixels, eye, tell)
     for note in show.notes:
         say(note)
@@ -139,7 +141,8 @@ class _Show:
                 raise InputRefused(f"run {against} of '{database}' holds no states; run the scenario again")
             self._tell_world(store.read_scenario(database, trace.scenario), f"run {against}")
             return trace, f"run {against}", []
-        raise InputRefused(f"'{database}' has neither a run nor a recording '{against}'; {nearest_names(against, names)}")
+        runs = [str(row.id) for row in store.list_runs(database)]
+        raise InputRefused(f"'{database}' has neither a run nor a recording '{against}'; {nearest_names(against, [*names, *runs])}")
 
     def _tell_world(self, other: Any, label: str) -> None:
         """What differs in the world of another run, which is shown in this one's."""

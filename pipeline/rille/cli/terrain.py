@@ -51,6 +51,8 @@ def build(
         for database in databases:
             write_database(ground, database, force, update)
         written = [*databases, *delivery.deliver(ground, files, update)]
+    if gaps := delivery.left_out(ground, files):
+        say(f"note: {gaps}")
     facts = {
         "database": str(databases[0]) if databases else None,
         "geotiff": None if geotiff is None else str(geotiff),
@@ -80,6 +82,9 @@ def ruts(
     from rille import store, terrain
     from rille.model import InputRefused
 
+    terrain.require_geotiff(output)
+    if not database.exists():
+        raise InputRefused(f"there is no file '{database}'; check the path: ruts are in the database that `rille run` worked on")
     trace = store.read_trace(database, run)
     left = store.read_ruts(database, trace.run_id)
     name = store.read_scenario(database, trace.scenario).terrain

@@ -79,9 +79,11 @@ def new(
     from rille.terrain.starter import new_scene
 
     extent = None if size is None else _pair(size, "size", "--size '80 m,60 m'")
-    new_scene(scene, name=name, base=base.value, size=extent, posting=posting, dem=dem, soil=soil)
+    notes = new_scene(scene, name=name, base=base.value, size=extent, posting=posting, dem=dem, soil=soil)
+    for note in () if as_json else notes:
+        say(f"note: {note}")
     _tell(
-        {"scene": str(scene), "done": ["new"]},
+        {"scene": str(scene), "done": ["new"], "notes": list(notes)},
         f"wrote {scene}; next: rille terrain place {quote(str(scene))} crater --set diameter=6m",
         as_json,
     )
@@ -96,7 +98,7 @@ def place(
     y: Annotated[str, typer.Option("--y", help="North [m, or with a unit].")] = "0 m",
     heading: Annotated[str | None, typer.Option(help='Turn from x towards y, such as "30 deg".')] = None,
     scale: Annotated[float | None, typer.Option(help="Enlarges it in all directions.")] = None,
-    age: Annotated[str | None, typer.Option(help="The older lie below the younger; without: on top.")] = None,
+    age: Annotated[str | None, typer.Option(help='Such as "300 Myr"; the older lie below the younger; without: on top.')] = None,
     soil: Annotated[str | None, typer.Option(help="Soil of its surface.")] = None,
     drivers: Annotated[list[str] | None, typer.Option("--set", help="DRIVER=VALUE, once for each driver.")] = None,
     picture: Picture = None,

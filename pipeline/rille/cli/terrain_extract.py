@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.talk import Force, Json, number, print_json, progress, say
-from rille.cli.terrain_facts import facts_of, sentence_of, write_database
+from rille.cli.terrain_facts import facts_of, require_database, sentence_of, write_database
 
 if TYPE_CHECKING:
     from rille.model import Terrain
@@ -41,17 +41,18 @@ def extract(
 
     Example: rille terrain extract examples/terrain/composed.toml --center 5,0 --size 20,10 --posting 0.05 -o site.tif -o site.glb
     """
+    from rille.model.quantity import angle_with_unit
     from rille.terrain import delivery
 
     where = {
-        "box": _numbers(box, "length", 4, "--box"),
-        "center": _numbers(center, "length", 2, "--center"),
+        "box": _numbers(box, 4, "--box"),
+        "center": _numbers(center, 2, "--center"),
         "size": _pair(size, "--size"),
         "polygon": _corners(polygon),
         "in_map": in_map,
-        "heading": (_numbers(heading, "angle", 1, "--heading") or (0.0,))[0],
+        "heading": angle_with_unit(heading, "--heading"),
         "posting": _pair(posting, "--posting"),
-        "origin": _numbers(origin, "length", 2, "--origin"),
+        "origin": _numbers(origin, 2, "--origin"),
     }
     databases = [path for path in output if path.suffix == ".db" and format_name is None]
     files = delivery.plan([path for path in output if path not in databases], format_name)
@@ -60,6 +61,8 @@ def extract(
         for database in databases:
             write_database(ground, database, force, update)
         written = [*databases, *delivery.deliver(ground, files, update)]
+    if gaps := delivery.left_out(ground, files):
+        say(f"note: {gaps}")
     facts = {
         **facts_of(ground),
         "x_west_m": ground.x_west,
@@ -83,14 +86,15 @@ def _terrain(source: Path, stored: str | None, name: str | None, where: dict[str
     if source.suffix != ".toml":
         from rille import store
 
+        require_database(source)
         return extract_from_terrain(store.read_terrain(source, stored, heights=False), name=name, **where)
     if stored is not None:
         raise InputRefused(f"--terrain names a terrain of a database, but '{source}' is a scene; leave it out")
     return extract_from_scene(source, name=name, progress=update, tell=say, **where)
 
 
-def _numbers(text: str | None, kind: str, count: int, option: str) -> tuple[float, ...] | None:
-    """``"1,2"`` or ``"1 m,2 m"`` as numbers in SI."""
+def _numbers(text: str | None, count: int, option: str) -> tuple[float, ...] | None:
+    """``"1,2"`` or ``"1 m,2 m"`` as lengths [m]."""
     from rille.model import InputRefused
     from rille.model.quantity import to_si
 
@@ -98,15 +102,15 @@ def _numbers(text: str | None, kind: str, count: int, option: str) -> tuple[floa
         return None
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != count:
-        raise InputRefused(f"{option} is '{text}'; it needs {count} number{'s' * (count > 1)}, separated by commas")
-    return tuple(to_si(number(part), kind, option) for part in parts)
+        raise InputRefused(f"{option} is '{text}'; it needs {count} numbers, separated by commas")
+    return tuple(to_si(number(part), "length", option) for part in parts)
 
 
 def _pair(text: str | None, option: str) -> tuple[float, ...] | None:
     """Two numbers, or one for both."""
     if text is not None and "," not in text:
         text = f"{text},{text}"
-    return _numbers(text, "length", 2, option)
+    return _numbers(text, 2, option)
 
 
 def _corners(text: str | None) -> Sequence[tuple[float, ...]] | None:
@@ -115,7 +119,7 @@ def _corners(text: str | None) -> Sequence[tuple[float, ...]] | None:
         return None
     if Path(text).suffix.lower() in (".json", ".geojson"):
         return _from_geojson(Path(text))
-    return [_numbers(corner, "length", 2, "a corner of --polygon") or () for corner in text.replace(";", " ").split()]
+    return [_numbers(corner, 2, "a corner of --polygon") or () for corner in text.replace(";", " ").split()]
 
 
 def _from_geojson(path: Path) -> Sequence[tuple[float, ...]]:

@@ -138,7 +138,7 @@ def register(
         str | None, typer.Option(help="Height zero. Map: border, plane, lowest, a height. Solid: bottom, centre, coordinates, a height.")
     ] = None,
     fade: Annotated[str | None, typer.Option(help="Map: width along its border over which it fades out; default: a tenth.")] = None,
-    up: Annotated[str | None, typer.Option(help="Solid: axis that points up: z, -y, ...; default z, of glTF y.")] = None,
+    up: Annotated[str | None, typer.Option(help="Solid: axis that points up: z, -y, ...; default z, of glTF y. Of y, x stays x.")] = None,
     embed: Annotated[str | None, typer.Option(help="Solid: how deep its height zero lies below the ground.")] = None,
     into: Annotated[
         Path | None, typer.Option("--library", help="Folder that takes it; default: RILLE_LANDFORMS, else ~/.local/share/rille/landforms.")

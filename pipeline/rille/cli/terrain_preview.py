@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.talk import Json, print_json, progress, say
+from rille.cli.terrain_facts import require_database
 
 if TYPE_CHECKING:
     from rille.model import Rover, Terrain
     from rille.view.terrain_pictures import Mark
 
 POLL = 0.15  # [s] between two looks at the files
+OTHER_PICTURES = (".jpg", ".jpeg", ".tif", ".tiff", ".svg", ".pdf", ".gif", ".bmp", ".webp", ".eps", ".ps", ".avif", ".jp2")
 
 
 class Kind(StrEnum):
@@ -140,12 +142,12 @@ def _numbers(text: str, count: int, what: str, example: str) -> tuple[float, ...
 
 
 def _options(line: str | None, at: str | None, heading: str | None) -> dict[str, Any]:
-    from rille.model.quantity import to_si
+    from rille.model.quantity import angle_with_unit
 
     return {
         "line": None if line is None else _numbers(line, 4, "the line", "--line=-20,0,20,0"),
         "at": None if at is None else _numbers(at, 2, "the place of the rover", "--at=-7,0"),
-        "heading": None if heading is None else to_si(heading, "angle", "heading of the rover"),
+        "heading": None if heading is None else angle_with_unit(heading, "heading of the rover"),
     }
 
 
@@ -154,6 +156,8 @@ def _targets(kinds: Sequence[Kind], output: Path) -> dict[Kind, Path]:
         if len(kinds) != 1:
             raise _refused(f"'{output}' is one picture, but {len(kinds)} kinds are asked for; give one --kind, or a folder")
         return {kinds[0]: output}
+    if output.suffix.lower() in OTHER_PICTURES and not output.is_dir():
+        raise _refused(f"'{output}' is named as a picture that is no PNG; name it {output.with_suffix('.png')}, or give a folder")
     return {kind: output / f"{kind.value}.png" for kind in kinds}
 
 
@@ -183,6 +187,7 @@ def _evaluated(ground: Path, name: str | None, update: Callable[[str, float], No
         return terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction))
     from rille import store
 
+    require_database(ground)
     return store.read_terrain(ground, name, heights=False)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.talk import Json, print_json, progress, say
+from rille.cli.terrain_facts import require_database
 
 if TYPE_CHECKING:
     from rille.model import Terrain
@@ -23,7 +24,9 @@ def stats(
 ) -> None:
     """Measure roughness (deviogram, Hurst exponent), slopes by baseline, size-frequency of craters and rocks, depth over diameter.
 
-    For a scene, they stand beside the laws asked for and the landforms placed. Large DEMs are measured on samples, which is said.
+    Slopes are given twice: along profiles in rows and columns, as in publications on roughness, and true, as on a slope map: a plane
+    that dips between both has a smaller slope along profiles. For a scene, all stand beside the laws asked for and the landforms placed.
+    Large DEMs are measured on samples, which is said.
 
     Example: rille terrain stats scene.toml --against moon.tif --picture stats.png
     """
@@ -61,6 +64,7 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
     if suffix == ".db":
         from rille import store
 
+        require_database(ground)
         return _of_terrain(store.read_terrain(ground, name, heights=False), update)
     from rille.terrain.ground_metres import check_metres
     from rille.terrain.raster import open_raster
@@ -68,6 +72,7 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
     raster = open_raster(ground)
     (n_rows, n_cols), (east, north), (along_x, along_y) = raster.shape, raster.corner, raster.posting
     check_metres(raster, east + along_x * (n_cols - 1) / 2, north - along_y * (n_rows - 1) / 2)
+    raster.refuse_lost_marks(raster.strips((0, n_rows), (0, n_cols)))
     surface = _Windows(raster.shape, raster.read)
     return statistics.measure(ground.name, surface, *raster.posting, progress=update)
 
@@ -133,37 +138,52 @@ def _head(report: dict[str, Any]) -> list[str]:
 
 
 def _hurst(report: dict[str, Any]) -> str:
+    """H from second differences with its interval, and the lags that it was taken from."""
     rough = report["deviogram"]
-    if rough["hurst"] is None:
-        return "none: level ground"
+    if rough["hurst_second"] is None:
+        return "none: level ground" if rough["hurst"] is None else "none: a plane"
     low, high = rough["fit_m"]
-    spread = "" if rough["interval"][0] is None else f" +- {(rough['interval'][1] - rough['interval'][0]) / 2:.3f}"
-    return f"{rough['hurst']:.3f}{spread} ({low:.3g} to {high:.3g} m)"
+    ends = rough["hurst_second_interval"]
+    spread = "" if ends[0] is None else f" +- {(ends[1] - ends[0]) / 2:.3f}"
+    smooth = "; above 1: blurred or interpolated" if rough["hurst_second"] > 1 else ""
+    return f"{rough['hurst_second']:.3f}{spread} ({low:.3g} to {high:.3g} m{smooth}), from second differences"
+
+
+def _deviogram(report: dict[str, Any]) -> str:
+    """H of the deviogram."""
+    hurst = report["deviogram"]["hurst"]
+    return "none" if hurst is None else f"{hurst:.3f}"
 
 
 def _rough(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
-    lines = ["", f"{'Hurst exponent':22}{_hurst(report)}"]
+    lines = [
+        "",
+        f"{'Hurst exponent':22}{_hurst(report)}",
+        f"{'  of the deviogram':22}{_deviogram(report)}, which tilts and waves longer than the DEM move",
+    ]
     base = report.get("base")
     if base is not None:
         asked = base["asked"]
         median = base["slopes"]["p50_deg"][0]
-        second = base["deviogram"]["hurst_second"]
-        recovered = "none" if second is None else f"{second:.3f} by second differences, which tilts and long waves do not move"
-        lines.append(f"{'  of the base alone':22}{_hurst(base)}")
-        lines.append(f"{'':22}{recovered}, asked {asked['hurst']:.3f}")
+        lines.append(f"{'  of the base alone':22}{_hurst(base)}, asked {asked['hurst']:.3f}; of its deviogram {_deviogram(base)}")
         over = f"{median:.3f} deg over {base['slopes']['baseline_m'][0]:.3g} m"
-        lines.append(f"{'  its median slope':22}{over}, asked {asked['median_slope_deg']:.3f} deg")
+        lines.append(f"{'  its median slope':22}along profiles {over}, asked {asked['median_slope_deg']:.3f} deg")
     if other is not None:
-        lines.append(f"{'  ' + other['name']:22} {_hurst(other)}")
+        lines.append(f"{'  ' + other['name']:22} {_hurst(other)}; of its deviogram {_deviogram(other)}")
     return lines
 
 
 def _slopes(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
-    lines = ["", f"{'slope over [m]':>16}{'5 %':>9}{'median':>9}{'95 %':>9}{'RMS [deg]':>11}"]
+    columns = f"{'5 %':>9}{'median':>9}{'95 %':>9}{'RMS':>9}"
+    lines = [
+        "",
+        f"{'slope [deg]':>14}{'along profiles (rows, columns)':>38}{'true (magnitude of the gradient)':>36}",
+        f"{'over [m]':>14}  {columns}{columns}",
+    ]
     for each, mark in ((report, ""), (other, " *")) if other is not None else ((report, ""),):
-        steep = each["slopes"]
-        rows = zip(steep["baseline_m"], steep["p5_deg"], steep["p50_deg"], steep["p95_deg"], steep["rms_deg"], strict=True)
-        lines += [f"{length:16.4g}{p5:9.2f}{p50:9.2f}{p95:9.2f}{rms:11.2f}{mark}" for length, p5, p50, p95, rms in rows]
+        kinds = [each[kind][column] for kind in ("slopes", "true_slopes") for column in ("p5_deg", "p50_deg", "p95_deg", "rms_deg")]
+        rows = zip(each["slopes"]["baseline_m"], *kinds, strict=True)
+        lines += [f"{length:14.4g}  {''.join(f'{value:9.2f}' for value in values)}{mark}" for length, *values in rows]
     if other is not None:
         lines.append(f"* {other['name']}")
     return lines

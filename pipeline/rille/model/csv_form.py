@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,8 @@ from rille.model.quantity import is_unit
 
 HEAD = 1 << 16  # bytes that are looked at
 DELIMITERS = (",", ";", "\t", "|")
+PREAMBLE = 100  # lines before the header
+COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")  # a number with a decimal comma
 NO_UNIT = ("", "-", "1", "[-]", "[1]", "[]", "(-)")  # in a line of units
 
 
@@ -32,7 +35,8 @@ class CsvForm:
 def csv_form(path: Path) -> CsvForm:
     """Find out how a CSV is written, from its beginning.
 
-    Lines before the header that begin with ``#`` or ``%`` are comments.
+    Lines before the header that begin with ``#`` or ``%`` are comments; other words of a logger there have fewer or more delimiters than
+    the table.
 
     Raises
     ------
@@ -53,6 +57,7 @@ def csv_form(path: Path) -> CsvForm:
     first = next((k for k, line in enumerate(lines) if line.strip() and line.lstrip()[:1] not in "#%"), None)
     if first is None:
         raise InputRefused(f"'{path}' holds comments only")
+    first = _header(lines, first)
     counts = {delimiter: lines[first].count(delimiter) for delimiter in DELIMITERS}
     delimiter = max(counts, key=lambda d: (counts[d], -DELIMITERS.index(d)))
     if not counts[delimiter] and len(lines) > first + 1 and lines[first].count(" ") == lines[first + 1].count(" "):
@@ -69,8 +74,22 @@ def csv_form(path: Path) -> CsvForm:
     if units is not None:
         columns = tuple(f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in zip(columns, units, strict=True))
         first, rows = first + 1, rows[1:]
-    decimal = "," if delimiter != "," and any(re.fullmatch(r"-?\d+,\d+", cell) for row in rows[1:20] for cell in row) else "."
+    decimal = "," if delimiter != "," and any(COMMA.fullmatch(cell) for row in rows[1:] for cell in row) else "."
     return CsvForm(delimiter=delimiter, decimal=decimal, encoding=encoding, skip=first + 1, columns=columns, rows=rows[1:])
+
+
+def _header(lines: Sequence[str], first: int) -> int:
+    """Place of the header: below words of a logger about itself, which have other signs than the lines of the table.
+
+    The first line that has as many delimiters as the next; the first of all if there is none, or if it is a row of numbers.
+    """
+    filled = [k for k in range(first, min(len(lines), first + PREAMBLE)) if lines[k].strip()]
+    for here, below in itertools.pairwise(filled):
+        for delimiter in DELIMITERS:
+            if 0 < lines[here].count(delimiter) == lines[below].count(delimiter):
+                cells = [cell.strip().replace(",", ".") for cell in lines[here].split(delimiter)]
+                return first if all(not cell or is_number(cell) for cell in cells) else here
+    return first
 
 
 def _units(rows: Sequence[Sequence[str]]) -> tuple[str, ...] | None:

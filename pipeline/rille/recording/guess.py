@@ -23,6 +23,7 @@ class Guess:
 # endings of names that say a unit, longest first
 UNIT_ENDINGS = {
     **{"rad_per_s": "rad/s", "rad_s": "rad/s", "radps": "rad/s", "rads": "rad/s", "deg_per_s": "deg/s", "deg_s": "deg/s", "degps": "deg/s"},
+    "dps": "deg/s",
     **{"m_per_s": "m/s", "m_s": "m/s", "mps": "m/s", "mm_s": "mm/s", "kmh": "km/h", "m_s2": "m/s^2", "mps2": "m/s^2", "rpm": "rpm"},
     **{"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg", "m": "m", "mm": "mm", "cm": "cm", "meter": "m", "meters": "m"},
     **{"nm": "N m", "mnm": "mN m", "n_m": "N m", "n": "N", "kn": "kN", "ma": "mA", "amp": "A", "amps": "A", "mv": "mV", "volt": "V"},
@@ -43,6 +44,7 @@ QUANTITY_WORDS = (
     ("joint.velocity", ("velocity",)),
     ("joint.velocity", ("vel",)),
     ("joint.velocity", ("speed",)),
+    ("joint.velocity", ("rate",)),
     ("joint.velocity", ("omega",)),
     ("joint.velocity", ("qd",)),
     ("joint.velocity", ("dq",)),

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -105,7 +106,7 @@ def run(
 
 
 def _listen(process: subprocess.Popen, on_progress: Callable[[float, float], None] | None) -> list[str]:
-    """Read the solver's talk until it ends. Ctrl-C reaches the solver by itself; here it only must not lose the result."""
+    """Read the solver's talk until it ends. Ctrl-C on a terminal reaches the solver by itself, a signal to this process alone does not."""
     sentences: list[str] = []
     assert process.stderr is not None
     while True:
@@ -120,4 +121,4 @@ def _listen(process: subprocess.Popen, on_progress: Callable[[float, float], Non
                     sentences.append(line.strip())
             return sentences
         except KeyboardInterrupt:
-            continue
+            process.send_signal(signal.SIGINT)  # a second one changes nothing

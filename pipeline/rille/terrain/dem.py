@@ -35,12 +35,14 @@ def read_dem(path: Path, band: int = 1) -> Dem:
 
     Raises
     ------
-    InputRefused : for what :func:`rille.terrain.raster.open_raster` refuses.
+    InputRefused : for what :func:`rille.terrain.raster.open_raster` refuses, and marks for "no value" that are not declared.
     """
     raster = open_raster(path, band)
     n_rows, n_cols = raster.shape
+    heights = raster.read((0, n_rows), (0, n_cols))
+    raster.refuse_lost_marks([heights])
     return Dem(
-        heights=raster.read((0, n_rows), (0, n_cols)),
+        heights=heights,
         posting_x=raster.posting[0],
         posting_y=raster.posting[1],
         x_west=raster.corner[0],

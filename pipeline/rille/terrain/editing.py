@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rille.model import InputRefused, nearest_names
-from rille.model.quantity import to_si
+from rille.model.quantity import angle_with_unit, to_si
 from rille.model.sheet import expand
 from rille.terrain import history
 from rille.terrain.blocks import Block, added, blocks, changed, removed
@@ -129,7 +129,7 @@ def rotate(scene: Path, name: str, *, to: str | None = None, by: str | None = No
     """Turn a landform or an obstacle to a heading or by an angle, counterclockwise from above; angles carry their unit."""
     if (by is None) == (to is None):
         raise InputRefused(f"turning '{name}' needs --to or --by; give one of both, for example --by '15 deg'")
-    angle = _angle(to if to is not None else by, "angle")
+    angle = _angle(to or by or "", "angle")
 
     def change(table: Any) -> None:
         table["heading"] = angle if by is None else _turned(table.get("heading", 0.0), angle, f"heading of '{name}'")
@@ -327,12 +327,10 @@ def _length(text: str, what: str) -> str:
     return _tidy(text, "m")
 
 
-def _angle(text: str | None, what: str) -> str:
+def _angle(text: str, what: str) -> str:
     """An angle with its unit, which only 0 needs not have."""
-    if text is not None and _bare(text) and float(text) != 0:
-        raise InputRefused(f"{what} is {text} without a unit; write for example '{text.strip()} deg'")
-    to_si(text, "rad", what)
-    return _tidy(str(text), "deg")
+    angle_with_unit(text, what)
+    return _tidy(text, "deg")
 
 
 def _bare(text: str) -> bool:

@@ -232,7 +232,8 @@ def _checked(check: Callable[[Path], Any], beside: Path, file: Path) -> None:
     try:
         check(beside)
     except InputRefused as refused:
-        raise InputRefused(str(refused).replace(str(beside), str(file))) from None
+        refused.args = (str(refused).replace(str(beside), str(file)),)
+        raise
 
 
 def _write(path: Path, content: bytes, like: os.stat_result | None) -> None:

@@ -4,10 +4,13 @@ GDAL's rasters are cells; the value of a cell stands at the cell's centre. A ras
 apart, whose outermost points lie half a cell inside the raster's border.
 """
 
+import math
 import re
 import warnings
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +21,9 @@ Array = NDArray[np.float64]
 
 METRES = ("", "m", "metre", "metres", "meter", "meters")
 HIGHEST = 1e6  # [m]; beyond it, a number is a mark for "no value" whose tag was lost (-3.4e38)
+MARKS = (-9999.0, -32768.0, -32767.0, -99999.0)  # values that usually mean "no value" and could be heights
+STRIP = 4_000_000  # heights in memory while a large raster is looked through
+APART = 0.5  # a mark lies further from all other heights than this share of their range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,11 +61,74 @@ class Raster:
                 window = Window(cols[0], rows[0], cols[1] - cols[0], rows[1] - rows[0])  # type: ignore[call-arg]
                 heights = raster.read(self.band, window=window, masked=True).astype(np.float64).filled(np.nan)
         except RasterioError as error:
-            raise InputRefused(f"'{self.path}' cannot be read as a raster: {_first_line(error)}") from None
+            raise InputRefused(f"'{self.path}' cannot be read as a raster: {reason_of(error)}") from None
         if (self.scale, self.offset) != (1.0, 0.0):
             heights = heights * self.scale + self.offset
         heights[np.abs(heights) > HIGHEST] = np.nan
         return heights
+
+    def strips(self, rows: tuple[int, int], cols: tuple[int, int]) -> Iterator[Array]:
+        """The same in strips of full rows, from the north, of about ``STRIP`` heights each."""
+        step = max(STRIP // (cols[1] - cols[0]), 1)
+        for row in range(rows[0], rows[1], step):
+            yield self.read((row, min(row + step, rows[1])), cols)
+
+    def refuse_lost_marks(self, blocks: Iterable[Array]) -> None:
+        """:func:`refuse_lost_marks` of heights that were read from it."""
+        refuse_lost_marks(self.path, blocks, self.scale, self.offset)
+
+
+def refuse_lost_marks(path: Path, blocks: Iterable[Array], scale: float = 1.0, offset: float = 0.0, unit: str = "m") -> None:
+    """Refuse heights that are marks for "no value" whose tag was lost: they would be pits kilometres deep.
+
+    A value is taken for one if it is exactly one of ``MARKS``, and lies away from all other heights by more than half of their range.
+    True ground has heights in between, whatever its relief is.
+
+    Parameters
+    ----------
+    blocks : all heights that matter, NaN = no value. scale, offset : height = offset + scale value, of the values in the file.
+    unit : of the heights, for the sentence; "" if it has no name.
+
+    Raises
+    ------
+    InputRefused : with the mark, how many heights hold it, how far off they are, and what to do.
+    """
+    marks = {mark: offset + scale * mark for mark in MARKS}
+    counts = dict.fromkeys(MARKS, 0)
+    low, high = math.inf, -math.inf
+    for heights in blocks:
+        others = np.isfinite(heights)
+        for mark, height in marks.items():
+            marked = heights == height
+            counts[mark] += int(np.count_nonzero(marked))
+            others &= ~marked
+        if others.any():
+            low, high = min(low, float(heights[others].min())), max(high, float(heights[others].max()))
+    for mark in (mark for mark in MARKS if counts[mark]):
+        away = max(low - marks[mark], marks[mark] - high)
+        if low <= high and away <= APART * (high - low):
+            continue
+        side = "below" if marks[mark] < low else "above"
+        where = f", {away:.0f}{f' {unit}'.rstrip()} {side} all others ({low:g} to {high:g})" if low <= high else ""
+        raise InputRefused(
+            f"'{path}' has {counts[mark]} height{'s' * (counts[mark] != 1)} of exactly {f'{marks[mark]:g} {unit}'.strip()}{where}: a mark "
+            f'for "no value" whose tag was lost; put it back (gdal_edit -a_nodata {mark:g}, or gdal_translate -a_nodata {mark:g}; in an '
+            f".asc the line 'NODATA_value {mark:g}')"
+        )
+
+
+def height_unit(raster: Any, band: int) -> str:
+    """Unit of heights that an open raster states, for its band or in a compound projection; "" where it states none."""
+    stated = (raster.units[band - 1] or "").strip()
+    return stated or ("" if raster.crs is None else _vertical_unit(raster.crs.to_wkt()))
+
+
+def reason_of(error: BaseException) -> str:
+    """What GDAL says of a failure, in one line; rasterio's own sentence often only points at its cause."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    text = (str(error) or type(error).__name__).splitlines()[0]
+    return f"it ends early ({text.rstrip('.')})" if "File short" in text else text
 
 
 def open_raster(path: Path, band: int = 1) -> Raster:
@@ -89,9 +158,9 @@ def open_raster(path: Path, band: int = 1) -> Raster:
                 raise InputRefused(f"'{path}' holds complex numbers; a DEM needs real heights: choose another file or band")
             shape, transform, crs, bands = raster.shape, raster.transform, raster.crs, raster.count
             beside = tuple(file for file in map(Path, sorted(raster.files)) if file.suffix != ".ovr" and file.is_file() and file != path)
-            scale, offset, unit = raster.scales[band - 1], raster.offsets[band - 1], raster.units[band - 1] or ""
+            scale, offset, unit = raster.scales[band - 1], raster.offsets[band - 1], height_unit(raster, band)
     except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
-        raise InputRefused(f"'{path}' cannot be read as a raster: {_first_line(error)}") from None
+        raise InputRefused(f"'{path}' cannot be read as a raster: {reason_of(error)}") from None
     if min(shape) < 2:
         raise InputRefused(f"'{path}' has {shape[0]} x {shape[1]} heights; at least 2 x 2 are needed")
     if crs is None:
@@ -104,7 +173,6 @@ def open_raster(path: Path, band: int = 1) -> Raster:
     name, factor = crs.linear_units_factor if local is None else (local.group(1), float(local.group(2)))
     if abs(factor - 1) > 1e-9:
         raise InputRefused(f"'{path}' is in {name}, not in metres; project it first (gdalwarp -t_srs)")
-    unit = unit.strip() or _vertical_unit(crs.to_wkt())
     if unit.lower() not in METRES:
         raise InputRefused(f"the heights of '{path}' are in {unit}, not in metres; convert them first (gdal_calc, then gdal_edit -units m)")
     if not np.isfinite(transform).all():
@@ -131,7 +199,3 @@ def _vertical_unit(wkt: str) -> str:
     """Unit of heights that a compound projection names, "" where it names none."""
     vertical = re.search(r'VERT_?C(?:RS|S)\[.*?(?:LENGTH)?UNIT\["([^"]+)"', wkt, re.DOTALL)
     return vertical.group(1) if vertical else ""
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error) or type(error).__name__).splitlines()[0]

@@ -1,7 +1,7 @@
 """Scene files (TOML) -> Terrain: a base, landforms and populations in the order of their age, soils, obstacles."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -55,8 +55,8 @@ def pair():
 class LandformSheet(Sheet):
     """[[landform]]: a registered landform, placed.
 
-    scale : enlarges it in all directions. age : the older lie below the younger, whatever the unit; those without lie on top, in the
-    order of the file. soil : of its surface.
+    scale : enlarges it in all directions. age : the older lie below the younger ("300 Myr", or in all the scene bare numbers of any
+    unit); those without lie on top, in the order of the file. soil : of its surface.
     """
 
     name: str = Field(min_length=1)
@@ -187,6 +187,7 @@ def read_scene(scene: Path, *, progress: Progress | None = None) -> Scene:
         populations.append(draw(sheet, _extent(ground.grid), register, placed=instances, frame=frame, folder=scene.parent))
     placed = [Placed(instance=i, landform=register[i.landform]) for i in instances]
     crowds = [Crowd(population=p, landform=register[p.landform]) for p in populations]
+    _comparable({f"{kind} '{sheet.name}'": sheet.age for kind in ("population", "landform") for sheet in getattr(page, kind)})
     aged = [
         (_age(sheet.age, f"{kind} '{sheet.name}'"), item)
         for kind, sheets, items in (("population", page.population, crowds), ("landform", page.landform, placed))
@@ -269,15 +270,38 @@ def _extent(grid: Grid) -> tuple[float, float, float, float]:
 
 
 def _age(age: Number | None, subject: str) -> float:
+    """An age to be compared with others of its scene: [s] where it has a unit, a bare number as it is; none is younger than all."""
     if age is None:
         return -np.inf
     try:
-        value = float(age)
-    except ValueError:
-        raise InputRefused(f"age of {subject} is '{age}'; it must be a number, for example 3.5 (the older lie below the younger)") from None
+        value = float(age) if _bare(age) else to_si(age, "time", "age")
+    except InputRefused:
+        raise InputRefused(
+            f"age of {subject} is '{age}'; it must be a number or a time, for example 3.5 or \"300 Myr\" (the older lie below the younger)"
+        ) from None
     if not np.isfinite(value):
         raise InputRefused(f"age of {subject} is {value}; it must be finite")
     return value
+
+
+def _bare(age: Number) -> bool:
+    """Whether an age has no unit."""
+    try:
+        float(age)
+    except ValueError:
+        return False
+    return True
+
+
+def _comparable(ages: Mapping[str, Number | None]) -> None:
+    """Refuse ages of which some have a unit and some have none: nobody can say which is older. ages : by whose they are."""
+    bare = [subject for subject, age in ages.items() if age is not None and _bare(age) and float(age) != 0]
+    timed = [subject for subject, age in ages.items() if age is not None and not _bare(age)]
+    if bare and timed:
+        raise InputRefused(
+            f"age of {bare[0]} is {ages[bare[0]]} without a unit, and that of {timed[0]} is '{ages[timed[0]]}'; "
+            "give all ages of the scene a unit, or none"
+        )
 
 
 def _bound_patches(placed: list[Placed], known: dict[str, Soil]) -> Iterator[SoilPatch]:

@@ -6,6 +6,7 @@ from typing import Literal
 from rille.model import InputRefused
 from rille.model.sheet import toml_string
 from rille.terrain import history
+from rille.terrain.base.cells import HeightsMissing
 from rille.terrain.scene import read_scene
 
 Kind = Literal["flat", "plane", "fractal", "dem"]
@@ -20,8 +21,8 @@ def new_scene(
     posting: str | None = None,
     dem: str | None = None,
     soil: str = "lunar_sourcebook",
-) -> str:
-    """Write a scene with a base and nothing on it; returns its text.
+) -> tuple[str, ...]:
+    """Write a scene with a base and nothing on it; returns notes worth telling. Heights that a DEM lacks are interpolated, which is noted.
 
     Parameters
     ----------
@@ -36,9 +37,16 @@ def new_scene(
         raise InputRefused(f"'{scene}' is a folder; name the scene file to be written, for example {scene / 'site.toml'}")
     if (base == "dem") != (dem is not None):
         raise InputRefused(f"the base is '{base}'" + (" and needs its file: --dem FILE" if base == "dem" else "; --dem needs --base dem"))
-    text = "\n".join([*_head(name or scene.stem, soil), "", *_base(base, size, posting, dem), *_TAIL])
-    history.create(scene, text, read_scene)
-    return text
+
+    def text(fill: bool) -> str:
+        return "\n".join([*_head(name or scene.stem, soil), "", *_base(base, size, posting, dem, fill), *_TAIL])
+
+    try:
+        history.create(scene, text(False), read_scene)
+    except HeightsMissing as missing:
+        history.create(scene, text(True), read_scene)
+        return (f"{missing.count} heights of '{dem}' are missing; the scene interpolates them (fill_holes = true)",)
+    return ()
 
 
 def _head(name: str, soil: str) -> list[str]:
@@ -51,7 +59,7 @@ def _head(name: str, soil: str) -> list[str]:
     ]
 
 
-def _base(base: Kind, size: tuple[str, str] | None, posting: str | None, dem: str | None) -> list[str]:
+def _base(base: Kind, size: tuple[str, str] | None, posting: str | None, dem: str | None, fill: bool) -> list[str]:
     width, height = size or ("60 m", "40 m")
     extent = [f"size = [{toml_string(width)}, {toml_string(height)}]  # along x and y, around the origin"]
     spacing = [f"posting = {toml_string(posting or '0.1 m')}  # distance of neighbouring heights"]
@@ -74,7 +82,7 @@ def _base(base: Kind, size: tuple[str, str] | None, posting: str | None, dem: st
         f"file = {toml_string(dem or '')}",
         *(extent if size is not None else ['# size = ["60 m", "40 m"]  # a part of it, around center = ["0 m", "0 m"]']),
         *(spacing if posting is not None else ['# posting = "0.5 m"  # resampled; without, the heights of the file are kept']),
-        "# fill_holes = true  # interpolate missing heights",
+        "fill_holes = true  # missing heights are interpolated" if fill else "# fill_holes = true  # interpolate missing heights",
     ]
 
 

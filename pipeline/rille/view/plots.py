@@ -4,10 +4,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.model import Rover, Ruts, Terrain, Trace
 from rille.view.obstacles import hull_points, stated_obstacles
 
+Array = NDArray[np.float64]
 COLORS = ("#1b6ca8", "#d1495b", "#2a9d5c", "#e09f3e", "#7b4ea3", "#4d4d4d", "#17becf", "#bc5090")
 
 
@@ -21,9 +23,9 @@ def empty_canvas(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), dpi=130, layout="constrained")
 
 
-def plot_traces(trace: Trace, path: Path) -> None:
-    """Wheel channels over time; without wheels, joint channels."""
-    rows = _wheel_rows(trace) if trace.wheels else _joint_rows(trace)
+def plot_traces(trace: Trace, rover: Rover, path: Path) -> None:
+    """Wheel channels over time; without wheels, joint channels, hinges and prismatic joints apart."""
+    rows = _wheel_rows(trace) if trace.wheels else joint_rows(trace, rover)
     figure = empty_canvas(11, 1.0 + 1.9 * len(rows))
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     for axis, (label, series) in zip(axes, rows, strict=True):
@@ -58,14 +60,21 @@ def _wheel_rows(trace: Trace) -> list:
     ]
 
 
-def _joint_rows(trace: Trace) -> list:
-    if not trace.joints:
-        return [("height [m]", [(b.name, b.position[:, 2]) for b in trace.bodies])]
-    return [
-        ("position [rad or m]", [(j.name, j.position) for j in trace.joints]),
-        ("velocity [1/s]", [(j.name, j.velocity) for j in trace.joints]),
-        ("drive effort [N m or N]", [(j.name, j.effort) for j in trace.joints]),
-    ]
+def joint_rows(trace: Trace, rover: Rover) -> list[tuple[str, list[tuple[str, Array]]]]:
+    """Rows of a figure: label with unit, and (name, values) of each line. Efforts are those of drives; without joints, heights."""
+    kinds = {joint.name: joint.kind for joint in rover.joints}
+    driven = {drive.joint for drive in rover.drives}
+    rows = []
+    for sliding, words in (
+        (False, ("angle [rad]", "rate [rad/s]", "drive torque [N m]")),
+        (True, ("travel [m]", "speed [m/s]", "drive force [N]")),
+    ):
+        joints = [j for j in trace.joints if (kinds.get(j.name) == "prismatic") is sliding]
+        position, velocity, effort = words
+        rows.append((position, [(j.name, j.position) for j in joints]))
+        rows.append((velocity, [(j.name, j.velocity) for j in joints]))
+        rows.append((effort, [(j.name, j.effort) for j in joints if j.name in driven]))
+    return [row for row in rows if row[1]] or [("height [m]", [(b.name, b.position[:, 2]) for b in trace.bodies])]
 
 
 def plot_map(trace: Trace, rover: Rover, terrain: Terrain, path: Path) -> None:

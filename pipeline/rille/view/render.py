@@ -47,7 +47,7 @@ def render(
         shown = trace
     paths = [folder / "traces.png"]
     say("plots", 0.0)
-    plot_traces(trace, paths[0])
+    plot_traces(trace, rover, paths[0])
     drawings = {}
     has_meshes = any(part.meshes for part in rover.parts)
     if terrain is not None:

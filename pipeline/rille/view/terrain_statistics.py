@@ -34,6 +34,7 @@ def draw_statistics(report: Report, path: Path) -> None:
     against = report.get("against")
     for panel, axis in zip((_deviogram, _slopes, _size_frequency, _depth), axes, strict=True):
         panel(axis, report, against)
+        plain_ticks(axis)
         axis.grid(which="major", alpha=0.3, linewidth=0.5)
         axis.spines[["top", "right"]].set_visible(False)
     posting = " x ".join(f"{p:.4g}" for p in dict.fromkeys(report["posting_m"]))
@@ -45,6 +46,19 @@ def draw_statistics(report: Report, path: Path) -> None:
         raise InputRefused(f"the picture '{path}' could not be written: {error}") from None
 
 
+def plain_ticks(axis: Any) -> None:
+    """Ticks of a logarithmic x axis at 1, 2 and 5 times powers of ten, written out; over many decades at powers of ten alone."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    if axis.get_xscale() != "log":
+        return
+    low, high = axis.get_xlim()
+    if high / low < 1e4:
+        axis.xaxis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0), numticks=15))
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.xaxis.set_minor_formatter(NullFormatter())
+
+
 def _several(report: Report, against: Report | None) -> list[tuple[Report, str]]:
     return [(report, THIS)] + ([(against, OTHER)] if against else [])
 
@@ -54,7 +68,7 @@ def _deviogram(axis: Any, report: Report, against: Report | None) -> None:
     base = report.get("base")
     if base is not None:
         rough = base["deviogram"]
-        label = f"base alone: H = {rough['hurst']:.3f}, asked {base['asked']['hurst']:.2f}"
+        label = f"base alone: {_exponents(rough)}, asked {base['asked']['hurst']:.2f}"
         axis.plot(rough["lag_m"], rough["nu_m"], "-", color=LAW, linewidth=1.2, label=label)
     for each, color in _several(report, against):
         rough = each["deviogram"]
@@ -62,10 +76,7 @@ def _deviogram(axis: Any, report: Report, against: Report | None) -> None:
         if rough["hurst"] is None:
             axis.plot([], [], "o", color=color, label=f"{each['name']}: level")
             continue
-        label = f"{each['name']}: H = {rough['hurst']:.3f}"
-        if rough["interval"][0] is not None:
-            label += f" ± {(rough['interval'][1] - rough['interval'][0]) / 2:.3f}"
-        axis.plot(lag, nu, "o", color=color, markersize=4, label=label)
+        axis.plot(lag, nu, "o", color=color, markersize=4, label=f"{each['name']}: {_exponents(rough)}")
         low, high = rough["fit_m"]
         inside = (lag >= low) & (lag <= high)
         weight = 1 / lag[inside] ** 2
@@ -78,8 +89,17 @@ def _deviogram(axis: Any, report: Report, against: Report | None) -> None:
     axis.legend(frameon=False, fontsize=9, loc="upper left")
 
 
+def _exponents(rough: Report) -> str:
+    """H from second differences with its interval, and that of the line drawn."""
+    second, (low, high) = rough["hurst_second"], rough["hurst_second_interval"]
+    if second is None:
+        return f"line {rough['hurst']:.3f}"
+    spread = "" if low is None else f" ± {(high - low) / 2:.3f}"
+    return f"H = {second:.3f}{spread} (line {rough['hurst']:.3f})"
+
+
 def _slopes(axis: Any, report: Report, against: Report | None) -> None:
-    """Median, quartiles and 5 to 95 % of slopes over the baseline."""
+    """Median, quartiles and 5 to 95 % of slopes along profiles over the baseline, and the median of true slopes."""
     for each, color in _several(report, against):
         steep = each["slopes"]
         length = steep["baseline_m"]
@@ -87,14 +107,15 @@ def _slopes(axis: Any, report: Report, against: Report | None) -> None:
             continue
         axis.fill_between(length, steep["p5_deg"], steep["p95_deg"], color=color, alpha=0.12, linewidth=0)
         axis.fill_between(length, steep["p25_deg"], steep["p75_deg"], color=color, alpha=0.25, linewidth=0)
-        axis.plot(length, steep["p50_deg"], "o-", color=color, markersize=4, linewidth=1.4, label=f"{each['name']}: median")
-        axis.plot(length, steep["rms_deg"], ":", color=color, linewidth=1.2, label="RMS")
+        axis.plot(length, steep["p50_deg"], "o-", color=color, markersize=4, linewidth=1.4, label=f"{each['name']}: median along profiles")
+        axis.plot(length, steep["rms_deg"], ":", color=color, linewidth=1.2, label="RMS along profiles")
+        axis.plot(length, each["true_slopes"]["p50_deg"], "s--", color=color, markersize=4, linewidth=1.2, label="median of true slopes")
     base = report.get("base")
     if base is not None:
         asked = base["asked"]
         axis.plot(asked["baseline_m"], asked["median_slope_deg"], "D", color=LAW, markersize=7, label="median asked of the base")
-    axis.set(xscale="log", xlabel="baseline [m]", ylabel="slope [deg]", title="Slopes by baseline: median, 25-75 %, 5-95 %")
-    axis.set_ylim(bottom=0)
+    axis.set(xscale="log", xlabel="baseline [m]", ylabel="slope [deg]", title="Slopes by baseline; bands 25-75 %, 5-95 % along profiles")
+    axis.set_ylim(0, 1.2 * axis.get_ylim()[1])  # room for the legend
     axis.legend(frameon=False, fontsize=9)
 
 

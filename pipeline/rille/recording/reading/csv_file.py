@@ -99,5 +99,6 @@ class CsvSource:
                 for name, place in places.items() if row else ():
                     cell = row[place].strip().replace(self.form.decimal, ".")
                     if cell not in NO_NUMBER and not is_number(cell) and not DATE.match(cell):
-                        return f"line {line}, column '{name}' of '{self.path}' is '{row[place].strip()}', which is no number"
+                        date = "; dates are read as 2024-03-31T00:59:55.005Z" if re.search(r"\d[:./-]\d+[:./-]\d", cell) else ""
+                        return f"line {line}, column '{name}' of '{self.path}' is '{row[place].strip()}', which is no number{date}"
         return f"'{self.path}' cannot be read as CSV: {error}"

@@ -1,5 +1,6 @@
 """The values of a DEM that a scene rests on: in memory where they are few, otherwise read from the file block by block."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,18 @@ MOST_RESIDENT = 16_000_000  # values, 128 MB
 BLOCK = 1024  # values across
 
 
+class HeightsMissing(InputRefused):
+    """A DEM lacks heights that a scene needs and does not ask to be filled. count : how many."""
+
+    def __init__(self, path: Path, count: int, first: NDArray[np.intp]) -> None:
+        """Of a file; first : row and column."""
+        self.count = count
+        super().__init__(
+            f"'{path}' has {count} heights missing, the first at row {first[0]}, column {first[1]}; choose a region without, or set "
+            "fill_holes = true to interpolate them"
+        )
+
+
 def cells(raster: Raster, rows: Range, cols: Range, *, halo: int, fill: bool) -> tuple[Lattice, Stored | None]:
     """The values of a part of a DEM, and marks: 1 where one was missing and is interpolated, 0 elsewhere; None if none was missing.
 
@@ -26,19 +39,21 @@ def cells(raster: Raster, rows: Range, cols: Range, *, halo: int, fill: bool) ->
 
     Raises
     ------
-    InputRefused : for missing values that are not to be filled, or that lie in a part too large to be filled in memory.
+    HeightsMissing : for missing values that are not to be filled.
+    InputRefused : if they lie in a part too large to be filled in memory; for marks of missing values that are not declared.
     """
     wide_rows, wide_cols = ((max(a - halo, 0), min(b + halo, n)) for (a, b), n in zip((rows, cols), raster.shape, strict=True))
     if (rows[1] - rows[0]) * (cols[1] - cols[0]) > MOST_RESIDENT:
         _refuse_holes(raster, rows, cols, fill)
         return Blocks(rows=wide_rows, cols=wide_cols, size=BLOCK, load=raster.read), None
     values = raster.read(wide_rows, wide_cols)
+    raster.refuse_lost_marks([values])
     inner = slice(rows[0] - wide_rows[0], rows[1] - wide_rows[0]), slice(cols[0] - wide_cols[0], cols[1] - wide_cols[0])
     holes = np.isnan(values[inner])
     if not holes.any():
         return Stored(values, wide_rows[0], wide_cols[0]), None
     if not fill:
-        raise _missing(raster.path, int(holes.sum()), np.argwhere(holes)[0] + (rows[0], cols[0]))
+        raise HeightsMissing(raster.path, int(holes.sum()), np.argwhere(holes)[0] + (rows[0], cols[0]))
     return Stored(filled(values, raster.path), wide_rows[0], wide_cols[0]), Stored(holes.astype(np.float64), rows[0], cols[0])
 
 
@@ -75,23 +90,24 @@ def _plane(values: Array, known: NDArray[np.bool_]) -> Array:
 def _refuse_holes(raster: Raster, rows: Range, cols: Range, fill: bool) -> None:
     """Look through a large part in strips."""
     count, first = 0, None
-    for row in range(rows[0], rows[1], BLOCK):
-        holes = np.isnan(raster.read((row, min(row + BLOCK, rows[1])), cols))
-        if first is None and holes.any():
-            first = np.argwhere(holes)[0] + (row, cols[0])
-        count += int(holes.sum())
+
+    def looked_through() -> Iterator[Array]:
+        nonlocal count, first
+        row = rows[0]
+        for heights in raster.strips(rows, cols):
+            holes = np.isnan(heights)
+            if first is None and holes.any():
+                first = np.argwhere(holes)[0] + (row, cols[0])
+            count += int(holes.sum())
+            row += len(heights)
+            yield heights
+
+    raster.refuse_lost_marks(looked_through())
     if first is None:
         return
     if not fill:
-        raise _missing(raster.path, count, first)
+        raise HeightsMissing(raster.path, count, first)
     raise InputRefused(
         f"'{raster.path}' has {count} heights missing in a region of more than {MOST_RESIDENT} heights, too many to fill them here; "
         "fill them in the file (gdal_fillnodata) or choose a smaller region"
-    )
-
-
-def _missing(path: Path, count: int, first: NDArray[np.intp]) -> InputRefused:
-    return InputRefused(
-        f"'{path}' has {count} heights missing, the first at row {first[0]}, column {first[1]}; choose a region without, or set "
-        "fill_holes = true to interpolate them"
     )

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rille.model import InputRefused, Terrain
+from rille.model.solid_mesh import stated_obstacles
 from rille.terrain.delivery.formats import FORMATS, Format, find_format
 from rille.terrain.delivery.strips import Progress
 
-__all__ = ["FORMATS", "Format", "deliver", "find_format", "plan"]
+__all__ = ["FORMATS", "Format", "deliver", "find_format", "left_out", "plan"]
 
 
 def plan(paths: Sequence[Path], name: str | None = None) -> list[tuple[Format, Path]]:
@@ -48,9 +49,19 @@ def deliver(terrain: Terrain, outputs: Sequence[tuple[Format, Path]], progress: 
                 raise InputRefused(f"'{file}' is a file that terrain '{terrain.name}' is made of, and stays; write to another name")
     written = []
     for entry, path in outputs:
-        entry.write(terrain, path, progress)
-        written += [file for file in entry.files(path) if file.exists()]
+        written += entry.write(terrain, path, progress)
     return written
+
+
+def left_out(terrain: Terrain, outputs: Sequence[tuple[Format, Path]]) -> str:
+    """A sentence on stated obstacles that formats of a plan leave out; "" if none is."""
+    stones = stated_obstacles(terrain)
+    without = [path.name for entry, path in outputs if not entry.obstacles]
+    if not (stones and without):
+        return ""
+    number = f"{len(stones)} obstacle{'s' * (len(stones) != 1)} of the scene"
+    holding = ", ".join(dict.fromkeys(entry.endings[0] for entry in FORMATS.values() if entry.obstacles))
+    return f"{', '.join(without)}: the ground alone, without the {number}; {holding} and .db hold them"
 
 
 def _made_of(terrain: Terrain, file: Path) -> bool:

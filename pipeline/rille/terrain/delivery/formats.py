@@ -11,26 +11,31 @@ from rille.terrain.delivery.strips import Progress
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
-    """A way to deliver a terrain. endings : of file names, the first one is usual. beside : names of files that come with it."""
+    """A way to deliver a terrain. endings : of file names, the first one is usual. beside : names of files that come with it.
+    obstacles : it holds those that the scene states.
+    """
 
     name: str
     endings: tuple[str, ...]
     meaning: str
     beside: tuple[str, ...] = ()
     module: str = ""
+    obstacles: bool = False
 
-    def write(self, terrain: Terrain, path: Path, progress: Progress | None = None) -> None:
-        """Write the terrain; ``path`` and what comes with it appear complete or not at all.
+    def write(self, terrain: Terrain, path: Path, progress: Progress | None = None) -> list[Path]:
+        """Write the terrain; ``path`` and what comes with it appear complete or not at all. Returns all files that were written.
 
         Raises
         ------
         InputRefused : for what the format cannot express, or a file that cannot be written.
         """
-        writer: Callable[[Terrain, Path, Progress | None], None] = import_module(f"rille.terrain.delivery.{self.module or self.name}").write
-        writer(terrain, Path(path), progress)
+        writer: Callable[[Terrain, Path, Progress | None], list[Path] | None]
+        writer = import_module(f"rille.terrain.delivery.{self.module or self.name}").write
+        more = writer(terrain, Path(path), progress) or []
+        return [*(file for file in self.files(path) if file.exists()), *more]
 
     def files(self, path: Path) -> list[Path]:
-        """Every file that it writes for a path."""
+        """Every file that it writes for a path, but for those of which there are as many as obstacles."""
         path = Path(path)
         return [path, *(Path(path.parent, ending.format(name=path.name, stem=path.stem)) for ending in self.beside)]
 
@@ -50,16 +55,29 @@ FORMATS = {
         Format(name="pds4", endings=(".xml", ".lblx"), beside=("{stem}.img",), meaning="PDS4 label and image; needs a projection"),
         Format(name="png16", endings=(".png",), beside=("{name}.json",), meaning="16-bit PNG with scale and offset in a JSON sidecar"),
         Format(name="npy", endings=(".npy",), beside=("{name}.json",), meaning="numpy array of float64 with a JSON sidecar"),
-        Format(name="obj", endings=(".obj",), meaning="OBJ mesh, text, all digits"),
+        Format(name="obj", endings=(".obj",), meaning="OBJ mesh, text, all digits", obstacles=True),
         Format(name="stl", endings=(".stl",), meaning="binary STL mesh, single precision"),
-        Format(name="glb", module="gltf", endings=(".glb",), meaning="glTF 2.0 mesh in one file, y up, single precision around its middle"),
-        Format(name="gltf", endings=(".gltf",), beside=("{stem}.bin",), meaning="the same as JSON with a .bin beside"),
-        Format(name="mujoco", endings=(".mjcf",), beside=("{stem}.bin",), meaning="MuJoCo height field with an MJCF that places it"),
+        Format(
+            name="glb",
+            module="gltf",
+            endings=(".glb",),
+            meaning="glTF 2.0 mesh in one file, y up, single precision around its middle",
+            obstacles=True,
+        ),
+        Format(name="gltf", endings=(".gltf",), beside=("{stem}.bin",), meaning="the same as JSON with a .bin beside", obstacles=True),
+        Format(
+            name="mujoco",
+            endings=(".mjcf",),
+            beside=("{stem}.bin",),
+            meaning="MuJoCo height field with an MJCF that places it",
+            obstacles=True,
+        ),
         Format(
             name="gazebo",
             endings=(".sdf", ".world"),
             beside=("{stem}.png",),
             meaning="Gazebo world with a 16-bit heightmap; 2^n + 1 points",
+            obstacles=True,
         ),
         Format(
             name="soil",

@@ -3,20 +3,27 @@
 import json
 import shutil
 import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.model import Terrain
+from rille.model.solid_mesh import hull_points, hull_triangles, stated_obstacles
 from rille.terrain.delivery.appearing import appearing
 from rille.terrain.delivery.mesh_rows import require_size, triangles, vertices
 from rille.terrain.delivery.strips import Progress, facts
 
+Array = NDArray[np.float64]
+
 
 def write(terrain: Terrain, path: Path, progress: Progress | None = None) -> None:
-    """Mesh in glTF's axes (x east, y up, z south), metres; its node is moved to the middle of the terrain, so that single precision
-    costs 6e-8 of the terrain's size and not of its coordinates. What the numbers mean stands in ``asset.extras``.
+    """Meshes in glTF's axes (x east, y up, z south), metres, one of the ground and one of each stated obstacle; their nodes are moved to
+    the middle of what they show, so that single precision costs 6e-8 of its size and not of its coordinates. What the numbers mean
+    stands in ``asset.extras``.
 
     Raises
     ------
@@ -28,20 +35,13 @@ def write(terrain: Terrain, path: Path, progress: Progress | None = None) -> Non
     whole = path.suffix.lower() == ".glb"
     with appearing(path) as folder:
         data = folder / f"{path.stem}.bin"
-        n_vertices, n_indices = 0, 0
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        what = f"writing {path.name}"
         with data.open("wb") as file:
-            for points in vertices(terrain, f"writing {path.name}", progress):
-                local = points - middle
-                turned = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
-                if len(turned):
-                    low, high = np.minimum(low, turned.min(axis=0)), np.maximum(high, turned.max(axis=0))
-                n_vertices += len(turned)
-                file.write(turned.tobytes())
-            for corners in triangles(terrain, f"writing {path.name}", progress):
-                n_indices += corners.size
-                file.write(corners.astype("<u4").tobytes())
-        page = _page(terrain, middle, n_vertices, n_indices, low, high, None if whole else data.name)
+            parts = [_write_part(file, terrain.name, middle, vertices(terrain, what, progress), triangles(terrain, what, progress))]
+            for obstacle in stated_obstacles(terrain):
+                points = hull_points(obstacle)
+                parts.append(_write_part(file, obstacle.name, np.array(obstacle.pose.position), [points], [hull_triangles(points)]))
+        page = _page(terrain, parts, None if whole else data.name)
         if not whole:
             (folder / path.name).write_text(json.dumps(page, indent=1) + "\n")
             return
@@ -57,31 +57,62 @@ def write(terrain: Terrain, path: Path, progress: Progress | None = None) -> Non
         data.unlink()
 
 
-def _page(terrain: Terrain, middle: Any, n_vertices: int, n_indices: int, low: Any, high: Any, uri: str | None) -> dict[str, Any]:
-    buffer: dict[str, Any] = {"byteLength": 12 * n_vertices + 4 * n_indices}
-    if uri is not None:
-        buffer["uri"] = uri
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """A mesh in the data. middle : of its node in W [m]. low, high : of its vertices [m], in glTF's axes from there."""
+
+    name: str
+    middle: Array
+    n_vertices: int
+    n_indices: int
+    low: Array
+    high: Array
+
+
+def _write_part(
+    file: BinaryIO, name: str, middle: Array, points: Iterable[Array], triangles_of_points: Iterable[NDArray[np.int64]]
+) -> _Part:
+    """Vertices (n, 3) [m] in W from ``middle``, turned into glTF's axes, and triangles (m, 3) of their numbers."""
+    n_vertices, n_indices = 0, 0
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for block in points:
+        local = block - middle
+        turned = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
+        if len(turned):
+            low, high = np.minimum(low, turned.min(axis=0)), np.maximum(high, turned.max(axis=0))
+        n_vertices += len(turned)
+        file.write(turned.tobytes())
+    for corners in triangles_of_points:
+        n_indices += corners.size
+        file.write(corners.astype("<u4").tobytes())
+    return _Part(name=name, middle=middle, n_vertices=n_vertices, n_indices=n_indices, low=low, high=high)
+
+
+def _page(terrain: Terrain, parts: list[_Part], uri: str | None) -> dict[str, Any]:
+    accessors, views, at = [], [], 0
+    for part in parts:
+        limits = {"min": [float(v) for v in part.low], "max": [float(v) for v in part.high]}
+        accessors.append({"bufferView": len(views), "componentType": 5126, "count": part.n_vertices, "type": "VEC3", **limits})
+        accessors.append({"bufferView": len(views) + 1, "componentType": 5125, "count": part.n_indices, "type": "SCALAR"})
+        views.append({"buffer": 0, "byteOffset": at, "byteLength": 12 * part.n_vertices, "target": 34962})
+        views.append({"buffer": 0, "byteOffset": at + 12 * part.n_vertices, "byteLength": 4 * part.n_indices, "target": 34963})
+        at += 12 * part.n_vertices + 4 * part.n_indices
+    numbered = range(len(parts))
     return {
         "asset": {"version": "2.0", "generator": "rille", "extras": facts(terrain, axes="glTF x = x, y = z, z = -y of W")},
         "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": terrain.name, "mesh": 0, "translation": [float(middle[0]), float(middle[2]), -float(middle[1])]}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
-        "materials": [{"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [0.6, 0.57, 0.53, 1], "metallicFactor": 0}}],
-        "accessors": [
-            {
-                "bufferView": 0,
-                "componentType": 5126,
-                "count": n_vertices,
-                "type": "VEC3",
-                "min": [float(v) for v in low],
-                "max": [float(v) for v in high],
-            },
-            {"bufferView": 1, "componentType": 5125, "count": n_indices, "type": "SCALAR"},
+        "scenes": [{"nodes": list(numbered)}],
+        "nodes": [
+            {"name": part.name, "mesh": k, "translation": [float(part.middle[0]), float(part.middle[2]), -float(part.middle[1])]}
+            for k, part in enumerate(parts)
         ],
-        "bufferViews": [
-            {"buffer": 0, "byteLength": 12 * n_vertices, "target": 34962},
-            {"buffer": 0, "byteOffset": 12 * n_vertices, "byteLength": 4 * n_indices, "target": 34963},
-        ],
-        "buffers": [buffer],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 2 * k}, "indices": 2 * k + 1, "material": min(k, 1)}]} for k in numbered],
+        "materials": [_material([0.6, 0.57, 0.53, 1]), _material([0.44, 0.42, 0.39, 1])][: len(parts)],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": at} | ({} if uri is None else {"uri": uri})],
     }
+
+
+def _material(color: list[float]) -> dict[str, Any]:
+    return {"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": color, "metallicFactor": 0}}

@@ -12,6 +12,7 @@ from rille.model.quantity import to_si
 from rille.terrain.grid import Grid
 from rille.terrain.landform import smooth_step
 from rille.terrain.own.relief import Relief, height_of, length_of, two_lengths
+from rille.terrain.raster import HIGHEST, height_unit, reason_of, refuse_lost_marks
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,9 @@ class _Raster:
     corner: tuple[float, float]  # map coordinates of value (0, 0) [m]
     type_name: str
     levels: tuple[float, float] | None  # lowest and highest that an integer type holds
-    unit: str
+    unit: str  # of its heights as the file states it, "" where it does not
+    scale: float  # value = offset + scale number in the file
+    offset: float
 
 
 def read_height_map(path: Path, stated: Georeference) -> Relief:
@@ -122,10 +125,12 @@ def _read(path: Path) -> _Raster:
                 kind = np.dtype(name).kind
                 levels = (float(np.iinfo(name).min), float(np.iinfo(name).max)) if kind in "iu" and not scaled else None
                 posting, corner = _georeference(raster, path)
-                unit = str(raster.units[band - 1] or "")
+                unit = height_unit(raster, band)
     except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
-        raise InputRefused(f"'{path}' cannot be read as a raster: {' '.join(str(error).split())}") from None
-    return _Raster(values=values * scale + offset, posting=posting, corner=corner, type_name=name, levels=levels, unit=unit)
+        raise InputRefused(f"'{path}' cannot be read as a raster: {reason_of(error)}") from None
+    return _Raster(
+        values=values * scale + offset, posting=posting, corner=corner, type_name=name, levels=levels, unit=unit, scale=scale, offset=offset
+    )
 
 
 def _georeference(raster: Any, path: Path) -> tuple[tuple[float, float] | None, tuple[float, float]]:
@@ -156,18 +161,26 @@ def _heights(raster: _Raster, stated: Georeference, path: Path) -> tuple[Array, 
             raise InputRefused(f"height range of '{path}' goes from {low:g} to {high:g} m; the first must be the lower one")
         least, most = raster.levels
         return low + (raster.values - least) * ((high - low) / (most - least)), f"grey levels from {low:g} to {high:g} m"
-    unit = stated.unit or {"m": "m", "metre": "m", "meter": "m", "metres": "m", "meters": "m"}.get(raster.unit.strip().lower())
-    if unit is None:
+    unit = stated.unit or raster.unit
+    if not unit:
         if raster.levels is not None:
             raise InputRefused(
                 f"'{path}' holds grey levels ({raster.type_name}) and does not say how high they are; state the heights of the lowest and "
                 'the highest level, for example --height-range "0 m, 12 m", or the height of one level, for example --unit "0.5 mm"'
             )
         raise InputRefused(f"'{path}' does not say the unit of its heights; state it, for example --unit m")
-    factor = to_si(unit if unit[:1].isdigit() else f"1 {unit}", "length", f"unit of '{path}'")
+    try:
+        factor = to_si(unit if unit[:1].isdigit() else f"1 {unit}", "length", f"unit of '{path}'")
+    except InputRefused:
+        if stated.unit is not None:
+            raise
+        raise InputRefused(f"the heights of '{path}' are in '{unit}', which is no known length; state it, for example --unit m") from None
     if not factor > 0:
         raise InputRefused(f"unit of '{path}' is {unit}; it must be above 0")
-    return factor * raster.values, f"values in {unit}"
+    heights = factor * raster.values
+    heights[np.abs(heights) > HIGHEST] = np.nan
+    refuse_lost_marks(path, [raster.values], raster.scale, raster.offset, unit="" if unit[:1].isdigit() else unit)
+    return heights, f"values in {unit}"
 
 
 def _posting(raster: _Raster, stated: Georeference, path: Path) -> tuple[float, float]:

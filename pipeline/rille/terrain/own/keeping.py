@@ -14,12 +14,13 @@ from rille.model import InputRefused, nearest_names
 from rille.model.sheet import read_sheet, source_of, toml_string
 from rille.terrain.landform import Blend, Landform
 from rille.terrain.own.own_size import height_driver, size_driver
-from rille.terrain.own.proof import prove
+from rille.terrain.own.proof import WALL, prove
 from rille.terrain.own.reading import read_own
 from rille.terrain.own.relief import Relief
 from rille.terrain.own.sheet import OwnSheet
 
 SHEET = "landform.toml"
+WALL_OF_MAP = "let it fade out there (a larger --fade, or --zero plane or border), or take --blend replace if a wall is meant"
 
 
 def own_folder() -> Path:
@@ -169,7 +170,7 @@ def keep_heights(
         (into / SHEET).write_text("\n".join(lines) + "\n", encoding="utf-8")
         np.save(into / "heights.npy", heights)
 
-    return _keep(name, write, folder, builtin, soils, replace)
+    return _keep(name, write, folder, builtin, soils, replace, WALL_OF_MAP)
 
 
 def remove(name: str, folder: Path) -> Path:
@@ -200,8 +201,16 @@ def _inside(folder: Path, name: str, file: Path) -> Path:
     return path
 
 
-def _keep(name: str, write: Callable[[Path], None], folder: Path, builtin: Collection[str], soils: Collection[str], replace: bool) -> Kept:
-    """Write into a folder of its own, read it back, prove it; only then it takes its place."""
+def _keep(
+    name: str,
+    write: Callable[[Path], None],
+    folder: Path,
+    builtin: Collection[str],
+    soils: Collection[str],
+    replace: bool,
+    wall: str = WALL,
+) -> Kept:
+    """Write into a folder of its own, read it back, prove it; only then it takes its place. wall : what to do about one at its border."""
     if name in builtin:
         raise InputRefused(f"'{name}' is the name of a built-in landform; choose another with --name")
     place = folder / name
@@ -219,7 +228,7 @@ def _keep(name: str, write: Callable[[Path], None], folder: Path, builtin: Colle
             write(new)
             try:
                 landform = read_own(new / SHEET)
-                prove(landform)
+                prove(landform, wall)
             except InputRefused as refused:
                 raise InputRefused(str(refused).removeprefix(f"'{new / SHEET}': ")) from None
             if landform.soil and landform.soil not in soils:

@@ -13,7 +13,14 @@ Array = NDArray[np.float64]
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 METRES = (".glb", ".gltf")  # the format says so: glTF 2.0, 3.4, "the units for all linear distances are meters", +Y up
 LARGEST = 1e7  # coordinate [m] of a solid: beyond, it is damaged or has another unit
-AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}  # cyclic, so that no form is mirrored
+TO_Z = {  # axis that points up -> x, y, z of the turned form as (axis of the file, sign): the shortest turn that brings it to z
+    "z": ((0, 1), (1, 1), (2, 1)),
+    "-z": ((0, 1), (1, -1), (2, -1)),  # half a turn about x
+    "y": ((0, 1), (2, -1), (1, 1)),  # x stays, as other programs import glTF
+    "-y": ((0, 1), (2, 1), (1, -1)),
+    "x": ((2, -1), (1, 1), (0, 1)),  # y stays
+    "-x": ((2, 1), (1, 1), (0, -1)),
+}
 
 
 def read_triangles(path: Path, unit: str | None) -> tuple[Array, NDArray[np.int64]]:
@@ -64,14 +71,13 @@ def up_axis(path: Path) -> str:
 
 
 def turn_up(vertices: Array, up: str) -> Array:
-    """Vertices with the axis ``up`` ("z", "-y", ...) along z; a rotation.
+    """Vertices (n, 3) with the axis ``up`` ("z", "-y", ...) along z, by the shortest turn: of "y", x stays and y becomes -z of the file.
 
     Raises
     ------
     InputRefused : if it is no axis.
     """
-    name = up.lower().removeprefix("+").removeprefix("-")
-    if name not in AXES or len(up) > 2:
-        raise InputRefused(f"the axis that points up is '{up}'; give one of x, y, z, -x, -y, -z")
-    turned = vertices[:, AXES[name]]
-    return turned * np.array([1.0, -1.0, -1.0]) if up.startswith("-") else turned
+    name = up.lower().removeprefix("+")
+    if name not in TO_Z:
+        raise InputRefused(f"the axis that points up is '{up}'; give one of {', '.join(TO_Z)}")
+    return np.stack([sign * vertices[:, axis] for axis, sign in TO_Z[name]], axis=1)

@@ -11,10 +11,11 @@ Array = NDArray[np.float64]
 POINTS = 257  # along each side of the trial grid
 BORDER = 2e-3  # of the largest height: what may be left at the border of a form that is not steep
 LOSS = 0.01  # of the soil moved: what may be left of the volume of a form that conserves it
+WALL = "let it fade out there (`fade`), or set steep = true if a wall is meant"
 
 
-def prove(landform: Landform) -> None:
-    """Evaluate its example, and every driver at both ends of its range.
+def prove(landform: Landform, wall: str = WALL) -> None:
+    """Evaluate its example, and every driver at both ends of its range. wall : what to do about one at its border, for the sentence.
 
     Raises
     ------
@@ -32,7 +33,7 @@ def prove(landform: Landform) -> None:
     if np.abs(heights[outside]).max() > 0:
         raise InputRefused(f"{subject} is not zero outside its footprint of {2 * half_x:g} m x {2 * half_y:g} m; enlarge the footprint")
     if not landform.steep and landform.blend in ("add", "max"):
-        _no_wall(landform, values, largest, subject)
+        _no_wall(landform, values, largest, subject, wall)
     if landform.conserves:
         moved, left = np.abs(heights).sum(), heights.sum()
         if abs(left) > LOSS * moved:
@@ -61,7 +62,7 @@ def _sample(landform: Landform, values: Values, subject: str) -> tuple[Array, Ar
     return x, y, heights
 
 
-def _no_wall(landform: Landform, values: Values, largest: float, subject: str) -> None:
+def _no_wall(landform: Landform, values: Values, largest: float, subject: str, advice: str) -> None:
     half_x, half_y = landform.footprint(values)
     along = np.linspace(-1.0, 1.0, POINTS)
     side = np.ones(POINTS)
@@ -73,6 +74,5 @@ def _no_wall(landform: Landform, values: Values, largest: float, subject: str) -
     k = int(np.argmax(left))
     if left[k] > BORDER * largest:
         raise InputRefused(
-            f"{subject} is still {left[k]:.3g} m from zero at its border (x = {border[k, 0]:.3g} m, y = {border[k, 1]:.3g} m); "
-            "let it fade out there (`fade`), or set steep = true if a wall is meant"
+            f"{subject} is still {left[k]:.3g} m from zero at its border (x = {border[k, 0]:.3g} m, y = {border[k, 1]:.3g} m); {advice}"
         )

@@ -24,32 +24,41 @@ ENOUGH = 2_000_000  # slopes of which quantiles are taken: they are good to 1e-3
 class Deviogram:
     """nu(L) = sqrt(mean of (z(p + L) - z(p))^2) along rows and columns. lag (k,), nu (k,) [m].
 
-    hurst : H of nu ~ L^H over ``fit`` = (shortest, longest) [m]. interval : 95 %, by leaving out one of 16 blocks at a time, widened
-    (WIDE) since blocks are not independent: on exact Brownian ground it holds H in 95 of 100 cases for H <= 0.65, in 60 at 0.76 and
-    40 at 0.9, where waves longer than the DEM decide.
+    hurst : H of nu ~ L^H over ``fit`` = (shortest, longest) [m]. It has no interval: waves longer than the DEM decide how far it is off,
+    and the DEM does not know them. On exact Brownian ground of 181 x 181 heights it scatters by 0.02 at H = 0.5 and 0.04 at 0.9, of which
+    differences between parts of the DEM show a quarter at 0.9.
     hurst_second : H from second differences z(p + L) - 2 z(p) + z(p - L), whose RMS grows as L^H, too (Istas & Lang 1997). Tilts and waves
-    longer than the DEM do not move it, so that it recovers what was asked of a synthetic ground; on blurred DEMs it exceeds 1.
+    longer than the DEM do not move it: on the same ground it is right to 0.001 in the mean from H = 0.2 to 0.95, and scatters by 0.008 to
+    0.018. On blurred or interpolated DEMs it exceeds 1.
+    second_interval : 95 %, by leaving out one of 16 blocks at a time, widened (WIDE) since blocks are not independent. Measured with exact
+    Brownian ground: it holds H in 314 of 320 cases on 181 x 181 heights (H = 0.2 to 0.95), in 235 of 240 on 65 x 65 (0.3 to 0.95), in 74
+    of 77 where 362 x 362 are sampled to a tenth (0.3 to 0.8), no less at one H than at another; on rille's own ground in 157 of 160. It
+    speaks of ground of one power law; for craters or a blur it knows nothing.
     """
 
     lag: Array
     nu: Array
     hurst: float
     hurst_second: float
-    interval: tuple[float, float]
+    second_interval: tuple[float, float]
     fit: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slopes:
-    """Slopes |z(p + L) - z(p)| / L along rows and columns. baseline (k,) [m]; quantiles (k, 5) [rad], see QUANTILES; rms (k,) [rad]."""
+    """Slopes by baseline (k,) [m]; quantiles (k, 5) [rad], see QUANTILES; rms (k,) [rad]: of those of profiles along rows and columns,
+    |z(p + L) - z(p)| / L, and true_ of the slope of the ground, the magnitude of its gradient.
+    """
 
     baseline: Array
     quantiles: Array
     rms: Array
+    true_quantiles: Array
+    true_rms: Array
 
     @property
     def median(self) -> Array:
-        """Median slope (k,) [rad]."""
+        """Median slope along profiles (k,) [rad]."""
         return self.quantiles[:, 2]
 
 
@@ -78,25 +87,29 @@ def deviogram(samples: Samples, posting_x: float, posting_y: float, fit: tuple[f
         )
     if not (sums.sum(axis=1)[chosen] > 0).all():
         none = math.nan, math.nan
-        return Deviogram(lag=lag, nu=_root(sums, counts), hurst=math.nan, hurst_second=math.nan, interval=none, fit=(low, high))
+        return Deviogram(lag=lag, nu=_root(sums, counts), hurst=math.nan, hurst_second=math.nan, second_interval=none, fit=(low, high))
     hurst = _slope(lag[chosen], sums[chosen], counts[chosen])
-    blocks = sums.shape[1]
-    left_out = []
-    for b in range(blocks):
-        others = np.arange(blocks) != b
-        if (counts[chosen][:, others].sum(axis=1) > 0).all():
-            left_out.append(_slope(lag[chosen], sums[chosen][:, others], counts[chosen][:, others]))
-    spread = math.sqrt((len(left_out) - 1) * float(np.var(left_out))) if len(left_out) > 1 else math.nan
-    interval = hurst - WIDE * spread, hurst + WIDE * spread
-    second = _second(samples, posting_x, posting_y, (low, high))
-    return Deviogram(lag=lag, nu=_root(sums, counts), hurst=hurst, hurst_second=second, interval=interval, fit=(low, high))
+    second, spread = _second(samples, posting_x, posting_y, (low, high))
+    interval = second - WIDE * spread, second + WIDE * spread
+    return Deviogram(lag=lag, nu=_root(sums, counts), hurst=hurst, hurst_second=second, second_interval=interval, fit=(low, high))
 
 
-def _second(samples: Samples, posting_x: float, posting_y: float, fit: tuple[float, float]) -> float:
-    """H from second differences; NaN where they vanish or are too few."""
+def _second(samples: Samples, posting_x: float, posting_y: float, fit: tuple[float, float]) -> tuple[float, float]:
+    """H from second differences, and its standard deviation by leaving out one block at a time (jackknife).
+
+    NaN where they are too few or, as on a plane, mere rounding of heights in single precision; the deviation also without two blocks.
+    """
     lag, sums, counts = _gathered(samples, posting_x, posting_y, _second_difference)
-    chosen = (lag >= fit[0] * (1 - 1e-9)) & (lag <= fit[1] * (1 + 1e-9)) & (sums.sum(axis=1) > 0)
-    return _slope(lag[chosen], sums[chosen], counts[chosen]) if chosen.sum() >= 3 else math.nan
+    rounding = 2 * float(np.finfo(np.float32).eps) * float(np.nanmax(np.abs(samples.coarse)))
+    chosen = (lag >= fit[0] * (1 - 1e-9)) & (lag <= fit[1] * (1 + 1e-9)) & (_root(sums, counts) > rounding)
+    if chosen.sum() < 3:
+        return math.nan, math.nan
+    lag, sums, counts = lag[chosen], sums[chosen], counts[chosen]
+    blocks = np.arange(sums.shape[1])
+    parts = [(sums[:, blocks != b], counts[:, blocks != b]) for b in blocks]
+    left_out = [_slope(lag, s, n) for s, n in parts if (s.sum(axis=1) > 0).all()]
+    spread = math.sqrt((len(left_out) - 1) * float(np.var(left_out))) if len(left_out) > 1 else math.nan
+    return _slope(lag, sums, counts), spread
 
 
 def _gathered(samples: Samples, posting_x: float, posting_y: float, difference: Difference) -> tuple[Array, Array, Array]:
@@ -112,25 +125,42 @@ def _gathered(samples: Samples, posting_x: float, posting_y: float, difference: 
 def slopes(samples: Samples, posting_x: float, posting_y: float) -> Slopes:
     """Distribution of slopes by baseline: 1, 2, 4, ... postings, to an eighth of the shorter side.
 
-    They are those of profiles along rows and columns, both together (bidirectional slopes of Rosenburg et al. 2011); the slope of a
-    plane's steepest ascent is larger.
+    Along profiles: those of rows and columns, both together (bidirectional slopes of Rosenburg et al. 2011). True (adirectional): both
+    at the same point, sqrt(dz/dx^2 + dz/dy^2), so that a plane has its slope whichever way it dips; that of a profile is smaller,
+    atan(tan(slope) cos(angle between dip and profile)).
     """
-    baseline, quantiles, rms = [], [], []
+    baseline: list[float] = []
+    along: list[tuple[Array, float]] = []
+    true: list[tuple[Array, float]] = []
     for part, step in _parts(samples):
-        lags = [lag for lag in _lags(min(part[0].shape), 8) if lag & (lag - 1) == 0]
-        for lag in lags:
-            values = [
-                np.abs(d[np.isfinite(d)]) / (lag * step * posting)
-                for z in part
-                for d, posting in ((z[:, lag:] - z[:, :-lag], posting_x), (z[lag:] - z[:-lag], posting_y))
-            ]
-            slope = np.concatenate(values)
-            if len(slope) == 0:
+        for lag in (lag for lag in _lags(min(part[0].shape), 8) if lag & (lag - 1) == 0):
+            east = [(z[:, lag:] - z[:, :-lag]) / (lag * step * posting_x) for z in part]
+            south = [(z[lag:] - z[:-lag]) / (lag * step * posting_y) for z in part]
+            profiles = np.concatenate([_known(d) for d in (*east, *south)])
+            gradients = np.concatenate([_known(np.hypot(x[:-lag], y[:, :-lag])) for x, y in zip(east, south, strict=True)])
+            if len(gradients) == 0:
                 continue
             baseline.append(lag * step * math.sqrt(posting_x * posting_y))
-            rms.append(math.atan(math.sqrt(float(np.mean(slope**2)))))
-            quantiles.append(np.arctan(np.quantile(slope[:: max(len(slope) // ENOUGH, 1)], QUANTILES)))
-    return Slopes(baseline=np.array(baseline), quantiles=np.array(quantiles).reshape(-1, len(QUANTILES)), rms=np.array(rms))
+            along.append(_distribution(profiles))
+            true.append(_distribution(gradients))
+    (quantiles, rms), (true_quantiles, true_rms) = _tabled(along), _tabled(true)
+    return Slopes(baseline=np.array(baseline), quantiles=quantiles, rms=rms, true_quantiles=true_quantiles, true_rms=true_rms)
+
+
+def _known(slope: Array) -> Array:
+    """Magnitudes (n,) of those that are known."""
+    return np.abs(slope[np.isfinite(slope)])
+
+
+def _distribution(slope: Array) -> tuple[Array, float]:
+    """Quantiles (5,) and RMS [rad] of slopes (n,) [-]."""
+    quantiles = np.arctan(np.quantile(slope[:: max(len(slope) // ENOUGH, 1)], QUANTILES))
+    return quantiles, math.atan(math.sqrt(float(np.mean(slope**2))))
+
+
+def _tabled(rows: list[tuple[Array, float]]) -> tuple[Array, Array]:
+    """Distributions at all baselines: (k, 5) and (k,)."""
+    return np.array([quantiles for quantiles, _ in rows]).reshape(-1, len(QUANTILES)), np.array([rms for _, rms in rows])
 
 
 def _parts(samples: Samples) -> list[tuple[tuple[Array, ...], int]]:

@@ -77,21 +77,30 @@ def roughness(samples: Samples, posting_x: float, posting_y: float) -> dict[str,
     """Deviogram and slopes, JSON-able."""
     rough = deviogram(samples, posting_x, posting_y)
     steep = slopes(samples, posting_x, posting_y)
-    degrees = np.degrees(steep.quantiles)
     return {
         "deviogram": {
             "lag_m": rough.lag.tolist(),
             "nu_m": rough.nu.tolist(),
             "hurst": _number(rough.hurst),
             "hurst_second": _number(rough.hurst_second),
-            "interval": [_number(v) for v in rough.interval],
+            "hurst_second_interval": [_number(v) for v in rough.second_interval],
             "fit_m": list(rough.fit),
         },
-        "slopes": {
-            "baseline_m": steep.baseline.tolist(),
-            **{f"p{round(100 * q)}_deg": degrees[:, k].tolist() for k, q in enumerate(QUANTILES)},
-            "rms_deg": np.degrees(steep.rms).tolist(),
+        "slopes": {"of": "profiles along rows and columns", **_by_baseline(steep.baseline, steep.quantiles, steep.rms)},
+        "true_slopes": {
+            "of": "the ground: magnitude of its gradient",
+            **_by_baseline(steep.baseline, steep.true_quantiles, steep.true_rms),
         },
+    }
+
+
+def _by_baseline(baseline: Array, quantiles: Array, rms: Array) -> dict[str, Any]:
+    """Distributions of slopes (k, 5), (k,) [rad] at baselines (k,) [m], in degrees."""
+    degrees = np.degrees(quantiles)
+    return {
+        "baseline_m": baseline.tolist(),
+        **{f"p{round(100 * q)}_deg": degrees[:, k].tolist() for k, q in enumerate(QUANTILES)},
+        "rms_deg": np.degrees(rms).tolist(),
     }
 
 

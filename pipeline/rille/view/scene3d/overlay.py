@@ -1,6 +1,8 @@
 """Words on frames: what is shown, when, and what colours mean."""
 
 from functools import cache
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,9 @@ def letters(height: int) -> int:
 
 @cache
 def _font(size: int) -> Any:
-    return ImageFont.load_default(size)
+    """DejaVu Sans, which comes with matplotlib: names may be in any script; Pillow's own font has no letter beyond ASCII."""
+    folder = Path(str(files("matplotlib"))) / "mpl-data" / "fonts" / "ttf"
+    return ImageFont.truetype(str(folder / "DejaVuSans.ttf"), size)
 
 
 def panel(lines: list[Words], size: int) -> Image.Image:

@@ -44,13 +44,21 @@ def counted(terrain: Terrain) -> str:
     stones = stated_obstacles(terrain)
     if stones:
         parts.append(plural(len(stones), "obstacle"))
-    text = "; ".join(parts)
+    sentences = ["; ".join(parts)]
     if terrain.crs:
         east, north, up = terrain.map_origin
         turn = f", x turned {math.degrees(terrain.map_heading):.4g}\u00b0 against east" if terrain.map_heading else ""
         place = f"Origin at E {east:.1f} m, N {north:.1f} m, height {up:.1f} m{turn} ({map_name(terrain)})".replace("-", "\u2212")
-        text = f"{text}. {place}" if text else place
-    return f"{text}. Base: {terrain.source}." if terrain.source else text
+        sentences.append(place)
+    if terrain.source:
+        sentences.append(f"Base: {terrain.source}.")
+    return ". ".join(sentence for sentence in sentences if sentence)
+
+
+def extent(terrain: Terrain) -> str:
+    """Width and height in words, of all its heights, also where a picture shows every k-th alone."""
+    n_rows, n_cols = terrain.heights.shape
+    return f"{(n_cols - 1) * terrain.posting_x:g} m \u00d7 {(n_rows - 1) * terrain.posting_y:g} m"
 
 
 def plural(count: int, what: str) -> str:

@@ -80,7 +80,8 @@ def draw_profile(terrain: Terrain, path: Path, line: Line, *, marks: Sequence[Ma
 
     Returns
     -------
-    Length [m], lowest and highest height [m], steepest slope [deg] along the line over one posting, and the vertical exaggeration [-].
+    Length [m], how much of it has heights [m], lowest and highest height [m], steepest slope [deg] along the line over one posting, and
+    the vertical exaggeration [-].
 
     Raises
     ------
@@ -92,6 +93,9 @@ def draw_profile(terrain: Terrain, path: Path, line: Line, *, marks: Sequence[Ma
         raise InputRefused("there is no height along the whole line; choose another")
     low, high = float(np.nanmin(z)), float(np.nanmax(z))
     length = float(along[-1])
+    known = np.isfinite(z)
+    covered = float(np.diff(along)[known[1:] & known[:-1]].sum())
+    partly = "" if known.all() else f" ({covered:.4g} m of it on known ground)"
     baseline = max(2, round(posting / (along[1] - along[0])))  # samples over one posting
     slope = np.full(len(z), np.nan)
     half = baseline // 2
@@ -105,7 +109,7 @@ def draw_profile(terrain: Terrain, path: Path, line: Line, *, marks: Sequence[Ma
     paper.text((20, 16), f"{terrain.name}: profile", size=19, bold=True)
     paper.text(
         (20, 44),
-        f"from ({line[0]:g}, {line[1]:g}) to ({line[2]:g}, {line[3]:g}) m, {length:.4g} m long; heights {low:.3f} to {high:.3f} m, "
+        f"from ({line[0]:g}, {line[1]:g}) to ({line[2]:g}, {line[3]:g}) m, {length:.4g} m long{partly}; heights {low:.3f} to {high:.3f} m, "
         f"steepest {steepest:.1f}\u00b0; heights enlarged {exaggeration:.3g} times".replace("-", "\u2212"),
         size=13,
         color=SOFT,
@@ -115,7 +119,14 @@ def draw_profile(terrain: Terrain, path: Path, line: Line, *, marks: Sequence[Ma
     _place(paper, terrain, line, marks)
     paper.text((20, HEIGHT - 24), "Heights are the solver's: bilinear between the values of the grid.", size=12, color=SOFT)
     paper.save(path)
-    return {"length_m": length, "lowest_m": low, "highest_m": high, "steepest_deg": steepest, "vertical_exaggeration": exaggeration}
+    return {
+        "length_m": length,
+        "known_m": covered,
+        "lowest_m": low,
+        "highest_m": high,
+        "steepest_deg": steepest,
+        "vertical_exaggeration": exaggeration,
+    }
 
 
 def _limits(low: float, high: float, length: float) -> tuple[float, float]:

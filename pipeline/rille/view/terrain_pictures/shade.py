@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rille.model import Terrain
 from rille.view.obstacles import stated_obstacles
-from rille.view.terrain_pictures.map_sheet import MapSheet, counted, gap_entries, paint_gaps, plural, soil_color
+from rille.view.terrain_pictures.map_sheet import MapSheet, counted, extent, gap_entries, paint_gaps, plural, soil_color
 from rille.view.terrain_pictures.marks import OUTLINE, Label, Mark, overlap
 from rille.view.terrain_pictures.paper import INK, number
 from rille.view.terrain_pictures.raster import Raster, blend, contour_interval, lit, ramp, sample
@@ -32,7 +32,7 @@ def draw_shade(terrain: Terrain, path: Path, *, marks: Sequence[Mark] = ()) -> N
     samples = sample(terrain)
     low, high = samples.limits
     interval = contour_interval(low, high)
-    size = f"{samples.width:g} m \u00d7 {samples.height:g} m at {posting(terrain)}, heights {low:.2f} to {high:.2f} m"
+    size = f"{extent(terrain)} at {posting(terrain)}, heights {low:.2f} to {high:.2f} m"
     sheet = MapSheet(terrain, samples, terrain.name, size.replace("-", "\u2212"), counted(terrain))
     raster = sheet.raster
     pixels = lit(HEIGHT_COLORS[height_index(raster, low, high)], raster.light())

@@ -8,7 +8,7 @@ import numpy as np
 from rille.model import Terrain
 from rille.model.polygon import soil_codes, soil_names
 from rille.view.obstacles import stated_obstacles
-from rille.view.terrain_pictures.map_sheet import MapSheet, counted, gap_entries, paint_gaps, plural, soil_color
+from rille.view.terrain_pictures.map_sheet import MapSheet, counted, extent, gap_entries, paint_gaps, plural, soil_color
 from rille.view.terrain_pictures.marks import Mark, draw_labels, place_labels
 from rille.view.terrain_pictures.paper import INK
 from rille.view.terrain_pictures.raster import blend, contour_interval, lit, rgb, sample
@@ -26,7 +26,7 @@ def draw_soil(terrain: Terrain, path: Path, *, marks: Sequence[Mark] = ()) -> di
     samples = sample(terrain)
     names = soil_names(terrain.soil, terrain.patches)
     low, high = samples.limits
-    subtitle = f"{plural(len(names), 'soil')} on {samples.width:g} m \u00d7 {samples.height:g} m"
+    subtitle = f"{plural(len(names), 'soil')} on {extent(terrain)}"
     sheet = MapSheet(terrain, samples, f"{terrain.name}: soils", subtitle, counted(terrain))
     codes = soil_codes(terrain.soil, terrain.patches, *sheet.centers())
     colors = np.array([rgb(soil_color(terrain, name)) for name in names], float)
