@@ -381,6 +381,17 @@ def test_steering_beside_the_wheel():
     assert only(offset, "wheel.steering_offset").value == pytest.approx(0.03)
 
 
+@pytest.mark.parametrize(("degrees", "warned"), [(0, False), (29, False), (31, True), (90, True)])
+def test_a_wheel_turns_about_a_level_axis(degrees, warned):
+    """Camber tilts an axle by some degrees; one that stands upright was forgotten or is of another frame."""
+    angle = np.deg2rad(degrees)
+    tilted = with_row(cart(), "joints", "wheel_left", axis=(0.0, float(np.cos(angle)), float(np.sin(angle))))
+    finding = found(tilted).get(("wheel.axis", "wheel_left"))
+    assert (finding is not None) == warned
+    if finding is not None:
+        assert (finding.severity, finding.value) == ("warning", pytest.approx(angle))
+
+
 # --- loops
 
 

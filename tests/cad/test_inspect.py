@@ -62,6 +62,18 @@ def test_free_shells_and_several_solids_are_pointed_out(write_step):
     assert any("cannot move against each other" in w for w in found.warnings)
 
 
+def test_surfaces_alone_are_shown_and_said_to_have_no_mass(write_step):
+    import cadquery as cq
+
+    rig = cq.Assembly(name="rig").add(cq.Face.makePlane(10, 20), name="skin")
+    found = inspect(read_step(write_step("skin.step", rig.add(cq.Wire.makeCircle(5, cq.Vector(), cq.Vector(0, 0, 1)), name="path"))))
+    assert [n.name for n in found.tree[0].children] == ["skin", "path"]
+    assert (found.solids, found.volume) == (0, 0)
+    assert sorted(found.size) == pytest.approx([0, 0.010, 0.020], abs=1e-6)
+    assert sum("no mass" in w for w in found.warnings) == 2
+    assert "rig/  (2 instances)" in as_text(found)
+
+
 def test_json_holds_everything(report):
     value = json.loads(json.dumps(as_dict(report)))
     assert value["instances"] == 5

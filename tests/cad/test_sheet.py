@@ -44,6 +44,14 @@ def test_stated_mass_rescales_the_exact_inertia(rig_sheet):
     assert (stated.mass_provenance, stated.inertia_provenance) == ("stated", "geometry")
 
 
+def test_a_joint_that_needs_neither_place_nor_axis(rig_sheet):
+    """A fixed joint moves nowhere; a ball joint turns about its point; a slide's axis says all."""
+    right = 'kind = "hinge"\nparent = "base"\nchild = "right"\npoint = [0, "1 cm", 0.05]\naxis = [0, 0, 1]'
+    for kind, rest in (("fixed", ""), ("spherical", "point = [0, 0, 0.05]"), ("prismatic", "axis = [1, 0, 0]")):
+        rover = build(rig_sheet((right, f'kind = "{kind}"\nparent = "base"\nchild = "right"\n{rest}')))
+        assert next(j.kind for j in rover.joints if j.name == "right_hinge") == kind
+
+
 def rule(text):
     return ('[[part]]\nmatch = "*"', f'[[part]]\nmatch = "base"\n{text}\n[[part]]\nmatch = "*"')
 
@@ -73,6 +81,15 @@ def rule(text):
         ),
         (('density = "7.85 g/cm^3"', "density = 0"), "density of material 'steel' is 0"),
         (("axis = [0, 0, 2]", "axis = [0, 0, 0]"), "axis of joint 'left_hinge' has no length"),
+        (("axis = [0, 0, 2]\n", ""), "joint 'left_hinge' is a hinge joint without an `axis`; give the joint an `axis`"),
+        (('point = ["10 mm", 0, 0]\n', ""), "joint 'left_hinge' is a hinge joint without a place; give it a `point`"),
+        (
+            (
+                'kind = "hinge"\nparent = "base"\nchild = "right"\npoint = [0, "1 cm", 0.05]\naxis = [0, 0, 1]',
+                'kind = "prismatic"\nparent = "base"\nchild = "right"',
+            ),
+            "joint 'right_hinge' is a prismatic joint without an `axis`",
+        ),
         (
             ('child = "right"', 'child = "left"'),
             "body 'left' is the child of joint 'left_hinge' and of joint 'right_hinge'",
@@ -108,7 +125,10 @@ def test_refusals(rig_sheet, change, sentence):
             "differential 'd' needs hinges on its carrier 'left'",
         ),
         ('[[gear]]\nname = "g"\njoint_a = "left_hinge"\njoint_b = "right_hinge"\nratio = 0\n', "gear 'g' has ratio 0"),
-        ('[[joint]]\nname = "back"\nkind = "hinge"\nparent = "left"\nchild = "base"\n', "circle of joints"),
+        (
+            '[[joint]]\nname = "back"\nkind = "hinge"\nparent = "left"\nchild = "base"\npoint = [0, 0, 0]\naxis = [0, 0, 1]\n',
+            "circle of joints",
+        ),
     ],
 )
 def test_refusals_of_what_is_added(rig_sheet, more, sentence):

@@ -84,11 +84,49 @@ def test_mirrored_instance_is_refused(tmp_path):
         read_document(document, tmp_path / "mirrored.step")
 
 
-def test_no_solid_is_refused(write_step):
+def test_surfaces_alone_are_seen_and_who_needs_a_mass_refuses(write_step, tmp_path):
     import cadquery as cq
 
-    with pytest.raises(InputRefused, match="has no solid"):
-        read_step(write_step("face.step", [(cq.Face.makePlane(10, 10), "sheet")]))
+    from rille.cad import build
+    from rille.cad.suggestion.suggest import suggest
+
+    path = write_step("face.step", [(cq.Face.makePlane(10, 10), "sheet")])
+    assembly = read_step(path)
+    assert [i.path for i in assembly.instances] == ["sheet"]
+    assert any("'sheet' has no solid" in note and "no mass" in note for note in assembly.notes)
+    with pytest.raises(InputRefused, match=r"face\.step' has no solid, so nothing in it has a mass"):
+        suggest(assembly)
+    sheet = tmp_path / "face.toml"
+    sheet.write_text(f'step = "{path}"\ndefault_material = "steel"\n[[body]]\nname = "all"\nparts = ["*"]\n')
+    with pytest.raises(InputRefused, match=r"face\.step' has no solid, so nothing in it has a mass"):
+        build(sheet)
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("Rad größer", "Rad größer"),
+        ("ÄÖÜßÉ", "ÄÖÜßÉ"),
+        ("Колесо", "Колесо"),
+        ("wheel", "wheel"),
+    ],
+)
+def test_names_that_cadquery_exported_are_read_as_they_were_given(tmp_path, name, read):
+    """CadQuery hands the bytes of UTF-8 to OCCT as if they were letters, so its files hold every such letter twice encoded."""
+    import cadquery as cq
+
+    rig = cq.Assembly(name="Gerät").add(cq.Workplane().box(10, 20, 30), name=name)
+    rig.export(str(tmp_path / "named.step"))
+    assert [i.path for i in read_step(tmp_path / "named.step").instances] == [f"Gerät/{read}"]
+
+
+@pytest.mark.parametrize("name", ["Träger", "Ärmel Ã", "größer ¶", "naïve"])
+def test_names_that_are_not_twice_encoded_stay(write_step, name):
+    import cadquery as cq
+
+    path = write_step("plain.step", [(cq.Solid.makeBox(1, 2, 3), "xyz")])
+    path.write_text(path.read_text().replace("xyz", name), encoding="utf-8")
+    assert [i.path for i in read_step(path).instances] == [name]
 
 
 def test_missing_file_is_refused(tmp_path):
@@ -107,7 +145,7 @@ def test_other_file_is_refused(tmp_path, content):
 def test_truncated_file_is_refused(nested_step, tmp_path):
     path = tmp_path / "half.step"
     path.write_bytes(nested_step.read_bytes()[:3000])
-    with pytest.raises(InputRefused):
+    with pytest.raises(InputRefused, match=r"ends before END-ISO-10303-21 \(cut off.*entity #\d+ refers to #\d+, which is not there"):
         read_step(path)
 
 

@@ -452,3 +452,49 @@ def test_fuzzed_urdfs_give_a_mechanism_or_a_sentence(tmp_path):
     assert not [sentence for sentence in sentences if "\n" in sentence]
     assert made > 10
     assert len(sentences) > 100
+
+
+# ---------------------------------------------------------------- units of meshes
+
+
+UNIT_LINK = """<robot name="r"><link name="wheel">
+<inertial><mass value="1.2"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><mesh filename="cube.stl" {scale}/></geometry></visual>{collision}</link></robot>"""
+UNIT_BOX = '<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'
+
+
+@pytest.mark.parametrize(
+    ("edge", "scale", "collision", "words"),
+    [
+        (200.0, "", UNIT_BOX, r'346 m large, 1000 times its collision shape .*likely in millimetres; .*scale="0.001 0.001 0.001"'),
+        (20.0, "", UNIT_BOX, r'100 times its collision shape .*centimetres; .*scale="0.01 0.01 0.01"'),
+        (0.2 / 0.0254, "", UNIT_BOX, r'39 times its collision shape .*inches; .*scale="0.0254 0.0254 0.0254"'),
+        (0.2, 'scale="0.001 0.001 0.001"', UNIT_BOX, r"0.001 times its collision shape .*correct its scale"),
+        (200.0, "", "", r"1000 times a box with its mass and inertia .*millimetres"),
+        (200.0, 'scale="0.001 0.001 0.001"', UNIT_BOX, None),
+        (0.6, "", UNIT_BOX, None),  # a collision shape may be much smaller than what is seen
+        (2.0, "", "", None),  # and an inertia guessed
+    ],
+)
+def test_a_mesh_in_another_unit_is_told(tmp_path, edge, scale, collision, words):
+    """A cube of 0.2 m, 1.2 kg: m a^2 / 6 = 0.008 kg m^2."""
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((edge, edge, edge)).export(tmp_path / "cube.stl")
+    urdf = tmp_path / "r.urdf"
+    urdf.write_text(UNIT_LINK.format(i=1.2 * 0.2**2 / 6, scale=scale, collision=collision))
+    said: list[str] = []
+    read_urdf(urdf, note=said.append)
+    about = [note for note in said if "cube.stl" in note]
+    assert len(about) == (words is not None)
+    if words is not None:
+        assert re.search(words, about[0]), about[0]
+
+
+def test_a_small_mesh_beside_a_large_one_is_a_screw(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "cube.stl")
+    trimesh.creation.box((0.005, 0.005, 0.005)).export(tmp_path / "screw.stl")
+    urdf = tmp_path / "r.urdf"
+    screw = '<visual><geometry><mesh filename="screw.stl"/></geometry></visual>'
+    urdf.write_text(UNIT_LINK.format(i=0.008, scale="", collision=UNIT_BOX + screw))
+    read_urdf(urdf, note=pytest.fail)

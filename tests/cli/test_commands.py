@@ -220,6 +220,15 @@ def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
     assert store.read_trace(model).status == "interrupted"
 
 
+def test_numbers_that_end_before_the_run_are_told(model):
+    """States are stored every 99 s of a run of 0.2 s: only the first one is."""
+    store.write_scenario(model, Scenario(name="sparse", duration=0.2, output_interval=99.0, terrain="plane", placement="on_terrain"))
+    done = rille("run", model, "--scenario", "sparse")
+    assert done.returncode == 0, done.stderr
+    assert "last stored state" in done.stderr
+    assert "0.2 s" in done.stderr
+
+
 def test_an_interrupt_of_rille_alone_reaches_the_solver(model):
     """As supervisors and the stop buttons of editors send it: not to the group of processes, as a keyboard does."""
     drives = store.read_rover(model).drives

@@ -9,7 +9,7 @@ from rille.cad.assign import FindPart, Inventory, gather
 from rille.cad.collision.shapes import body_shapes, wheel_shape
 from rille.cad.component import Component, DrawnPart
 from rille.cad.entries import is_named, positive, unique
-from rille.cad.files.assembly import Assembly
+from rille.cad.files.assembly import Assembly, require_solids
 from rille.cad.files.reading import load_assemblies, meshes_of
 from rille.cad.frames import Frames
 from rille.cad.masses import body_properties, part_properties
@@ -182,7 +182,12 @@ def _assemble(
 
 
 def _read_all(paths: list[Path], say: Say, tell: Note) -> dict[Path, Assembly]:
-    assemblies = load_assemblies(paths, progress=lambda what, fraction: say(what, 0.2 * fraction), note=tell)
+    notes: list[str] = []
+    assemblies = load_assemblies(paths, progress=lambda what, fraction: say(what, 0.2 * fraction), note=notes.append)
+    for assembly in assemblies:
+        require_solids(assembly)
+    for note in notes:
+        tell(note)
     return dict(zip(paths, assemblies, strict=True))
 
 

@@ -56,34 +56,43 @@ class Frames:
         return instance.matrix[:3, :3] @ point + instance.matrix[:3, 3], turned
 
     def line_of(self, joint: JointSheet) -> tuple[Vector, Vector]:
-        """Point and unit axis of a joint in M.
+        """Point and unit axis of a joint in M; the origin and z where its kind has none (a fixed joint needs neither).
 
         Raises
         ------
-        InputRefused : if both geometry and coordinates are given and disagree, or a hinge or prismatic joint has no axis.
+        InputRefused : if both geometry and coordinates are given and disagree, a hinge or prismatic joint has no axis, or a hinge or
+            ball joint has no place.
         """
         subject = f"joint '{joint.name}'"
-        needs_axis = joint.kind in ("hinge", "prismatic")
-        stated = None if joint.axis is None else self.axis(joint.axis, f"axis of {subject}")
-        if joint.at is None:
-            point = np.zeros(3) if joint.point is None else self.point(joint.point, f"point of {subject}")
-            return point, np.array([0.0, 0.0, 1.0]) if stated is None else stated
-        if joint.point is not None:
+        if joint.at is not None and joint.point is not None:
             raise InputRefused(f"{subject} has both `at` and `point`; give one of them")
-        point, axis = self.find(joint.at, subject)
-        if axis is None:
-            if stated is None and needs_axis:
-                raise InputRefused(f"{subject} is a {joint.kind} at frame '{joint.at}', which is only a point; give the joint an `axis`")
-            return point, np.array([0.0, 0.0, 1.0]) if stated is None else stated
-        if stated is None:
-            return point, axis
+        point, axis = self._named_line(joint, subject)
+        stated = None if joint.axis is None else self.axis(joint.axis, f"axis of {subject}")
+        if axis is None and stated is None and joint.kind in ("hinge", "prismatic"):
+            where = "without an `axis`" if joint.at is None else f"at frame '{joint.at}', which is only a point"
+            raise InputRefused(f"{subject} is a {joint.kind} joint {where}; give the joint an `axis`, or `at` a [[frame]] that has one")
+        if point is None and joint.kind in ("hinge", "spherical"):
+            raise InputRefused(f"{subject} is a {joint.kind} joint without a place; give it a `point` in the drawing, or `at` a [[frame]]")
+        return np.zeros(3) if point is None else point, self._agreed(joint, axis, stated)
+
+    def _named_line(self, joint: JointSheet, subject: str) -> tuple[Vector | None, Vector | None]:
+        """Place of a joint in M and the axis of the frame that it names; None for what nothing says."""
+        if joint.at is not None:
+            return self.find(joint.at, subject)
+        return None if joint.point is None else self.point(joint.point, f"point of {subject}"), None
+
+    def _agreed(self, joint: JointSheet, axis: Vector | None, stated: Vector | None) -> Vector:
+        """The axis of a joint's frame, turned the way that the stated one points."""
+        if axis is None or stated is None:
+            found = stated if axis is None else axis
+            return np.array([0.0, 0.0, 1.0]) if found is None else found
         apart = float(np.arcsin(min(1.0, np.linalg.norm(np.cross(axis, stated)))))
         if apart > PARALLEL:
             raise InputRefused(
-                f"axis of {subject} is {np.degrees(apart):.3g} deg off the axis {np.round(axis, 6).tolist()} of frame '{joint.at}'; "
-                "it must agree within 0.01 deg, correct it or leave one of the two out"
+                f"axis of joint '{joint.name}' is {np.degrees(apart):.3g} deg off the axis {np.round(axis, 6).tolist()} of frame "
+                f"'{joint.at}'; it must agree within 0.01 deg, correct it or leave one of the two out"
             )
-        return point, axis if axis @ stated > 0 else -axis
+        return axis if axis @ stated > 0 else -axis
 
     def _instance(self, path: str, what: str) -> Placed:
         found = [p for p in self._inventory.instances if matches(p.path, path)]

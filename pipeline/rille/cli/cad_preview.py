@@ -23,7 +23,7 @@ def preview(
     from rille.cad.collision.summary import summarize_collision
     from rille.view.collision_pictures import draw_collision
 
-    require_place(output, endings=(".png",))
+    require_place(output, endings=(".png",), makes_folder=True)
     rover = store.read_rover(model)
     with progress(f"drawing {model.name}") as update:
         update("measuring", 0.0)

@@ -68,19 +68,27 @@ def run(
     else:
         for line in summary.lines():
             print(line)
-        print(f"real-time factor {result.real_time_factor:.0f} ({result.steps} steps of {trace.step:g} s in {result.wall:.2f} s)")
+        print(f"real-time factor {_figures(result.real_time_factor)} ({result.steps} steps of {trace.step:g} s in {result.wall:.2f} s)")
         shown = [event for event in trace.events if event.kind != result.status]
         for event in shown[:10]:
             say(f"event at {event.time:.3f} s: {event.message}")
         if len(shown) > 10:
             say(f"and {len(shown) - 10} more events (table event)")
         say(f"run {result.run_id} of scenario '{result.scenario}' is in {database}")
+    if len(trace.time) and result.time_reached > trace.time[-1] + 0.5 * trace.step:
+        last, end = trace.time[-1], result.time_reached
+        say(f"the numbers end with the last stored state, at {last:g} s of {end:g} s; shorten output_interval to have them to the end")
     if result.status == "done":
         return 0
     say(f"rille: {result.message}")
     if result.status == "stopped":
         return 0
     return 130 if result.status == "interrupted" else 4
+
+
+def _figures(value: float) -> str:
+    """Two significant digits, without an exponent."""
+    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
 def _copied(database: Path, out: Path) -> Path:

@@ -12,6 +12,11 @@ from rille.view.pose import to_world
 
 Array = NDArray[np.float64]
 
+PAGE = (1600, 1000)
+"""Width and height of a picture of a mechanism [pixel]."""
+FILLED = 0.92
+"""How much of the page, either way, such a picture may fill."""
+
 
 def machine_items(rover: Rover, trace: Trace, index: int, opacity: float = 1.0) -> list[Item]:
     """All visual meshes of the rover at stored time ``index``."""
@@ -139,27 +144,44 @@ def mechanism_drawing(rover: Rover, trace: Trace) -> Drawing:
     for k, index in enumerate(shown):
         items += machine_items(rover, trace, int(index), opacity=1.0 if k == 0 else max(0.15, 0.6 - 0.09 * k))
     cloud = np.concatenate([item.vertices for item in items])
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    middle, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
     moved = np.concatenate([body.position - body.position.mean(axis=0) for body in trace.bodies])
     axis = _turning_axis(rover, moved)
     side = np.cross([0, 0, 1.0], axis)
     side = side / np.linalg.norm(side) if np.linalg.norm(side) > 1e-6 else np.array([1.0, 0, 0])
-    place = middle + 1.35 * size * (0.92 * axis + 0.25 * side + np.array([0, 0, 0.22]))
-    sun = place - middle + np.array([0, 0, size])
-    sun = sun / np.linalg.norm(sun)
+    toward = 0.92 * axis + 0.25 * side + np.array([0, 0, 0.22])
+    toward = toward / np.linalg.norm(toward)
+    sun = toward + np.array([0, 0, 0.75])
     return Drawing(
         items=items,
-        camera=Camera(position=tuple(map(float, place)), focus=tuple(map(float, middle)), view_angle=36.0),  # type: ignore[arg-type]
+        camera=_fitted(cloud, middle, toward, view_angle=36.0),
+        size=PAGE,
         background=("#eef1f5", "#ffffff"),
-        sun=tuple(map(float, sun)),  # type: ignore[arg-type]
+        sun=tuple(map(float, sun / np.linalg.norm(sun))),  # type: ignore[arg-type]
     )
 
 
+def _fitted(cloud: Array, focus: Array, toward: Array, view_angle: float) -> Camera:
+    """The camera in direction ``toward`` (unit) from ``focus`` that is as near as lets it see all points of ``cloud``, shape (n, 3) [m].
+
+    A point at depth d before the focus and r off the line of sight is seen from the distance d + r / tan(half the opening) on.
+    """
+    right = np.cross([0, 0, 1.0], toward)
+    right = right / np.linalg.norm(right)
+    rays = cloud - focus
+    tall = FILLED * np.tan(np.radians(view_angle) / 2)
+    width, height = PAGE
+    off = np.maximum(np.abs(rays @ np.cross(toward, right)) / tall, np.abs(rays @ right) / (tall * width / height))
+    distance = float((rays @ toward + off).max())
+    place = focus + distance * toward
+    return Camera(position=tuple(map(float, place)), focus=tuple(map(float, focus)), view_angle=view_angle)  # type: ignore[arg-type]
+
+
 def _turning_axis(rover: Rover, moved: Array) -> Array:
-    """Direction to look from: the first level hinge, else the direction in which the machine moves least."""
-    for joint in rover.joints:
-        if joint.kind == "hinge" and abs(joint.axis[2]) < 0.5:
-            axis = np.array(joint.axis)
-            return axis if axis[1] <= 0 else -axis
-    return np.linalg.svd(moved, full_matrices=False)[2][-1]
+    """Direction to look from: the first level hinge from its side of -y; else, from above, the first hinge; else that of least motion."""
+    axes = [np.array(joint.axis) for joint in rover.joints if joint.kind == "hinge"]
+    level = next((axis for axis in axes if abs(axis[2]) < 0.5), None)
+    if level is not None:
+        return level if level[1] <= 0 else -level
+    axis = axes[0] if axes else np.linalg.svd(moved, full_matrices=False)[2][-1]
+    return axis if axis[2] >= 0 else -axis  # the sign of a singular vector means nothing

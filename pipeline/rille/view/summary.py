@@ -26,7 +26,11 @@ class WheelSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveSummary:
-    """A drive in numbers. peak_effort : [N m or N]. mean_power, peak_power : effort times speed [W], the peak in size. work : [J]."""
+    """A drive in numbers.
+
+    peak_effort : [N m or N]. mean_power, peak_power : effort times speed [W]; the peak is the value of largest magnitude, positive where
+    it drives, negative where it brakes. work : [J].
+    """
 
     name: str
     peak_effort: float
@@ -88,7 +92,7 @@ class Summary:
             parts = {
                 "soil": b["soil_loss"],
                 "joints": b["joint_loss"],
-                "rocks": b["contact_loss"],
+                "rigid contacts": b["contact_loss"],
                 "height": b["potential"],
                 "motion": b["kinetic"],
                 "other forces": -b["external_work"],
@@ -98,7 +102,8 @@ class Summary:
             lines.append(f"{'  went into [J]':<24} {went or 'nothing'}; open {100 * abs(b['residual']) / scale:.2g} %")
         if self.drives:
             most = max(self.drives, key=lambda drive: abs(drive.peak_power))
-            lines.append(f"{'peak power of a drive':<24} {most.peak_power:.2f} W ({most.name})")
+            way = "braking" if most.peak_power < 0 else "driving"
+            lines.append(f"{'peak power of a drive':<24} {abs(most.peak_power):.2f} W ({most.name}, {way})")
         return lines
 
 

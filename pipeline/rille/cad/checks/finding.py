@@ -68,6 +68,7 @@ CODES: dict[str, str] = {
     "mobility.redundant": "constraints depend on each other (a planar loop closed by a point in space has one too many)",
     # wheels and drives
     "wheel.joint": "a wheel turns on something else than a hinge",
+    "wheel.axis": "axis of a wheel is more than 30 deg off the level in the pose as built",
     "wheel.center": "centre of a wheel is not on its hinge's axis",
     "wheel.eccentric": "middle of the wheel's geometry is off the hinge's axis by more than 2 % of the radius",
     "wheel.unbalanced": "centre of mass of the wheel is off the hinge's axis by more than 2 % of the radius",

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 NEAR = 0.1
 """A joint is near a body if it is not farther away than this part of the larger body's size."""
 GRAVITY = 9.81
+STEEPEST = np.radians(30.0)
+"""Largest angle [rad] between a wheel's axis and the ground in the pose as built; cambered wheels stay well below."""
 
 
 def check_joints(rover: Rover, shapes: Mapping[str, BodyShape]) -> Iterator[Finding]:
@@ -121,7 +123,7 @@ def check_loops(rover: Rover, shapes: Mapping[str, BodyShape]) -> Iterator[Findi
 
 
 def check_wheels(rover: Rover, shapes: Mapping[str, BodyShape]) -> Iterator[Finding]:
-    """Centre on the axis, geometry and mass around the axis, radius and width as drawn, steering through the centre."""
+    """Level axis, centre on it, geometry and mass around the axis, radius and width as drawn, steering through the centre."""
     joints = {joint.name: joint for joint in rover.joints}
     bodies = {body.name: body for body in rover.bodies}
     linkage = Linkage(rover)
@@ -139,6 +141,7 @@ def check_wheels(rover: Rover, shapes: Mapping[str, BodyShape]) -> Iterator[Find
             )
             continue
         axis = _unit(np.array(joint.axis))
+        yield from _level(wheel, joint, axis)
         off = _off_axis(np.array(wheel.center), joint)
         bound = 1e-3 * wheel.radius
         if off > bound:
@@ -336,6 +339,23 @@ def _coupled_limits(kind: str, name: str, a: Joint, b: Joint, ratio: float) -> I
             "its range, but "
             f"the limits of '{b.name}' are {show(b.limit.lower):.4g} .. {show(b.limit.upper):.4g} {shown}; one of them is never reached, "
             "make them agree",
+        )
+
+
+def _level(wheel: Wheel, joint: Joint, axis: Array) -> Iterator[Finding]:
+    """A wheel rolls on the ground (z is up) only about an axis that is nearly level."""
+    steep = float(np.arcsin(min(abs(axis[2]), 1.0)))
+    if steep > STEEPEST:
+        yield _finding(
+            "wheel.axis",
+            "warning",
+            wheel.name,
+            steep,
+            float(STEEPEST),
+            "rad",
+            f"axis of wheel '{wheel.name}' stands {np.rad2deg(steep):.3g} deg off the level in the pose as built (allowed "
+            f"{np.rad2deg(STEEPEST):.3g} deg), so it cannot roll on the ground; correct the axis of joint '{joint.name}', or the "
+            "sheet's `up`",
         )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rille.cad.exchange.mesh_in import Piece, draw, find_mesh, load_mesh
 from rille.cad.exchange.meshes import hull_mesh
 from rille.cad.exchange.urdf_file import Geometry, Inertial, Shape, UrdfFile, UrdfJoint, read_urdf_file
+from rille.cad.exchange.urdf_units import wrong_units
 from rille.cad.exchange.writing import UNBOUNDED, Names
 from rille.cad.geometry import compose
 from rille.cad.masses import MASSLESS, check_inertia, principal_moments
@@ -93,6 +94,8 @@ class _Reader:
         if not bodies:
             raise InputRefused(f"'{self.path}' has no link with a mass; give its links an <inertial>")
         instances = self._instances()
+        for sentence in wrong_units(self.file, self._pieces):
+            self.note(sentence)
         shapes = self._shapes()
         joints = self._joints()
         self._check_roots(bodies, joints)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.cad.geometry import VolumeProperties, bounds, brep_hash, volume_properties
-from rille.model import Material
+from rille.model import InputRefused, Material
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,3 +84,20 @@ class Assembly:
     instances: tuple[PlacedPart, ...]
     notes: tuple[str, ...] = ()
     tables: dict[str, Any] = field(default_factory=dict)
+
+
+def require_solids(assembly: Assembly) -> None:
+    """Refuse a file of which nothing can be weighed.
+
+    Raises
+    ------
+    InputRefused : if no solid of it is closed.
+    """
+    if any(p.n_solids for p in assembly.prototypes):
+        return
+    n_open = sum(p.volume.n_open for p in assembly.prototypes)
+    why = f"{n_open} solids, none of them closed" if n_open else "no solid"
+    raise InputRefused(
+        f"'{assembly.file}' has {why}, so nothing in it has a mass; export closed solids, not surfaces (`rille cad inspect` shows what is "
+        "there)"
+    )

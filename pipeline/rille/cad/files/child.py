@@ -17,9 +17,10 @@ from collections.abc import Callable
 from typing import IO, Any
 
 from rille.cad.files import cache
+from rille.cad.files.read_process import patience
 from rille.model import InputRefused
 
-START = 120.0  # [s] that a child may take until it first says how long it needs
+START = 120.0  # [s] that a child may take until it first says how long it needs; times the patience
 
 
 class ChildDied(RuntimeError):
@@ -39,7 +40,7 @@ def run(job: dict[str, Any], *, progress: Callable[[str, float], None] | None = 
 
     Raises
     ------
-    InputRefused : as the job does. ChildDied : killed by a signal, or by us after its time.
+    InputRefused : as the job does, and when the child cannot start in time. ChildDied : killed by a signal, or by us after its time.
     """
     try:
         return _run(job, progress or (lambda what, fraction: None), talk)
@@ -80,6 +81,14 @@ def _given_up(allowed: float | None) -> str:
     return "was given up: its processor time is used up" if allowed is None else f"was given up after {allowed:.0f} s"
 
 
+def _not_started(waited: float) -> InputRefused:
+    """Importing the kernel took too long: no file is to blame."""
+    return InputRefused(
+        f"the CAD reader could not start within {waited:.0f} s; the machine is busy: try again, or set RILLE_PATIENCE=10 to wait ten times "
+        "as long"
+    )
+
+
 def _has_number(stream: Any) -> bool:
     try:
         stream.fileno()
@@ -89,17 +98,19 @@ def _has_number(stream: Any) -> bool:
 
 
 def _listen(child: "subprocess.Popen[bytes]", pipe: IO[bytes], say: Callable[[str, float], None]) -> Any:
-    stage, allowed, deadline = "starting", START, time.monotonic() + START
+    start = START * patience()
+    stage, allowed, deadline, heard = "starting", start, time.monotonic() + start, False
     os.set_blocking(pipe.fileno(), False)
     rest = b""
     with selectors.DefaultSelector() as selector:
         selector.register(pipe, selectors.EVENT_READ)
         while True:
             if not selector.select(None if deadline is None else max(deadline - time.monotonic(), 0.0)):
-                raise ChildDied(_given_up(allowed), stage, crashed=False)
+                raise ChildDied(_given_up(allowed), stage, crashed=False) if heard else _not_started(start)
             chunk = pipe.read(1 << 20)
             if not chunk:
                 break
+            heard = True
             *lines, rest = (rest + chunk).split(b"\n")
             for message in map(json.loads, lines):
                 if "say" in message:

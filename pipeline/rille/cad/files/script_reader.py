@@ -31,12 +31,7 @@ def read_script(path: Path, *, progress: Progress | None = None, make: Callable[
     except (TypeError, ValueError) as error:
         raise InputRefused(f"script '{path}' declares a table that is no plain data ({error}); use numbers, texts, lists") from error
     read = read_document(_document(assembly, path), path, progress=progress, make=make)
-    return replace(
-        read,
-        prototypes=tuple(replace(p, name=_mended(p.name)) for p in read.prototypes),
-        instances=tuple(replace(i, path=_mended(i.path)) for i in read.instances),
-        tables=tables,
-    )
+    return replace(read, tables=tables)
 
 
 def _result(path: Path) -> Any:
@@ -88,11 +83,3 @@ def _document(assembly: Any, path: Path) -> Any:
     except ValueError as error:
         raise InputRefused(f"build() of script '{path}' returns an assembly without any shape ({error}); add a part") from error
     return document
-
-
-def _mended(name: str) -> str:
-    """CadQuery hands the bytes of UTF-8 to OCCT as if they were letters."""
-    try:
-        return name.encode("latin-1").decode("utf-8")
-    except (UnicodeEncodeError, UnicodeDecodeError):
-        return name

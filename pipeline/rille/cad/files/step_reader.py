@@ -19,7 +19,16 @@ from numpy.typing import NDArray
 
 from rille.cad.files.assembly import Assembly, PlacedPart, Prototype
 from rille.cad.files.doubles import doubles
-from rille.cad.files.step_text import check_numbers, check_placements, check_step_file, drawn_solids, external_files, is_utf8, states_length
+from rille.cad.files.step_text import (
+    check_numbers,
+    check_placements,
+    check_step_file,
+    drawn_solids,
+    external_files,
+    is_utf8,
+    states_length,
+    what_is_wrong,
+)
 from rille.cad.geometry import MM
 from rille.model import InputRefused, Material
 
@@ -61,8 +70,9 @@ def read_step(
 
     Raises
     ------
-    InputRefused : for a missing file, a file that is no STEP, a file without any solid, and a mirrored instance (a
-        rigid body cannot be mirrored by moving it: mirror the shape in CAD).
+    InputRefused : for a missing file, a file that is no STEP, a file without any shape, and a mirrored instance (a
+        rigid body cannot be mirrored by moving it: mirror the shape in CAD). Who needs a mass asks
+        :func:`rille.cad.files.assembly.require_solids`.
     """
     path = Path(path)
     check_step_file(path)
@@ -108,10 +118,6 @@ def read_document(
     reader.visit_roots()
     if not reader.prototypes:
         raise InputRefused(f"'{path}' holds no shape; export it again as AP214 or AP242")
-    if not any(p.n_solids for p in reader.prototypes):
-        open_ = sum(p.volume.n_open for p in reader.prototypes)
-        why = f"{open_} solids, none of them closed" if open_ else "no solid"
-        raise InputRefused(f"'{path}' has {why}, so nothing in it has a mass; export closed solids, not surfaces")
     told = (*reader.notes, *doubles(reader.prototypes, reader.instances))
     return Assembly(file=path, prototypes=tuple(reader.prototypes), instances=tuple(reader.instances), notes=told)
 
@@ -141,7 +147,8 @@ def _load(path: Path, say: Progress, notes: list[str], face_names: bool) -> Any:
         # An absolute path: with a relative one OCCT loses external references in sub-folders silently.
         status = reader.ReadFile(str(path.resolve()))
         if status != IFSelect_ReturnStatus.IFSelect_RetDone:
-            raise InputRefused(f"'{path}' cannot be read as STEP ({status.name.removeprefix('IFSelect_')}); export it again")
+            why = what_is_wrong(path) or f"OCCT reports {status.name.removeprefix('IFSelect_')}"
+            raise InputRefused(f"'{path}' cannot be read as STEP: {why}; fetch it again, or export it again from CAD")
         say("building shapes", 0.2)
         if reader.Transfer(document):
             notes.extend(_faults(reader, path))
@@ -431,8 +438,19 @@ def _text(label: Any) -> str:
         text = name.Get().ToExtString()
     except UnicodeDecodeError:
         return ""
-    text = _CONTROL.sub(" ", text).strip()
+    text = _CONTROL.sub(" ", _mended(text)).strip()
     return "" if _UUID.match(text) else text
+
+
+def _mended(name: str) -> str:
+    """A name whose letters are the bytes of UTF-8, as CadQuery hands and exports them, in its own letters; any other as it is.
+
+    Two such letters that follow UTF-8's rules for a lead and a continuation byte (Ã and ¶ for ö) stand in no word of any language.
+    """
+    try:
+        return name.encode("latin-1").decode("utf-8")
+    except (UnicodeEncodeError, UnicodeDecodeError):
+        return name
 
 
 def _matrix(location: Any, path: str) -> NDArray[np.float64]:

@@ -168,10 +168,23 @@ def _direction(bodies: dict[int, bytes], number: int | None, default: int) -> li
 
 
 def what_is_wrong(path: Path) -> str:
-    """The first plain fault of a file's text, as part of a sentence; empty if there is none or the file is too long to search.
+    """The plain faults of a file's text, as part of a sentence: a missing end, then the first faulty entity; empty if there are none.
 
-    Cycles, dangling references, impossible numbers and a missing end are what broken exporters and broken disks leave.
+    Cycles, dangling references, impossible numbers and a missing end are what broken exporters, disks and downloads leave. A file
+    that is too long to search is looked at only for its end.
     """
+    cut = "" if _has_end(path) else "it ends before END-ISO-10303-21 (cut off: the download or copy is incomplete)"
+    return ", and ".join(filter(None, (cut, _first_fault(path))))
+
+
+def _has_end(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - 4096, 0))
+        return b"END-ISO-10303-21" in file.read()
+
+
+def _first_fault(path: Path) -> str:
+    """The first entity that cannot be as it is written."""
     if path.stat().st_size > LONGEST:
         return ""
     text = path.read_bytes()
@@ -189,9 +202,7 @@ def what_is_wrong(path: Path) -> str:
         if dangling is not None:
             return f"entity #{number} refers to #{dangling}, which is not there"
     cycle = _cycle(entities)
-    if cycle is not None:
-        return f"entity #{cycle} refers to itself in a circle"
-    return "" if b"END-ISO-10303-21" in text[-4096:] else "its end is missing"
+    return "" if cycle is None else f"entity #{cycle} refers to itself in a circle"
 
 
 def _cycle(entities: dict[int, list[int]]) -> int | None:

@@ -21,6 +21,10 @@ from rille.model.quantity import to_si
 from rille.model.sheet import toml_string
 
 DEFAULT_MATERIAL = "aluminium"  # of rille's library; only a beginning, so the sheet says that it is guessed
+UNSURE = (
+    "--- less sure: both sides are one body above. To use one, uncomment it and give its parent the parts said there. Each block is as it "
+    "is when those above it are used, too; where you leave one out, its parts stay with its parent, which stands for it in the blocks below"
+)
 _UPS = {"z": (0, 0, 1), "y": (0, 1, 0), "x": (1, 0, 0), "-z": (0, 0, -1), "-y": (0, -1, 0), "-x": (-1, 0, 0)}
 _COUNTER = re.compile(r"(:\d+|#\d+|_\d+)+$")
 
@@ -50,29 +54,26 @@ def draft_sheet(assembly: Assembly, suggestions: Suggestions, step_path: str) ->
     for sentence in (*assembly.notes, *suggestions.notes):
         lines += _comment("NOTE " + sentence)
     lines += [*_wrong_densities(assembly), "", *_part_lines(assembly, suggestions.bodies), ""]
-    lines += _comment(
-        f"--- bodies: instances that move together ({len(suggestions.bodies)}); '{suggestions.root}' carries the others (most volume)"
-    )
+    together = f"instances that move together ({len(suggestions.bodies)})"
+    why = "most volume of what is no wheel, nor a leg with one" if suggestions.wheels else "most volume"
+    lines += _comment(f"--- bodies: {together}; '{suggestions.root}' carries the others ({why})")
     for body in suggestions.bodies:
         lines += ["", *_body_lines(body, paths)]
     lines += ["", *_joints_section(suggestions)]
     for joint in suggestions.joints:
         if joint in suggestions.accepted:
             lines += ["", *_joint_lines(joint)]
-    loops = [j for j in suggestions.joints if j.loop]
-    weak = [j for j in suggestions.joints if not j.loop and j.confidence < suggestions.threshold]
+    known = {body.name for body in suggestions.bodies}
+    loops = [j for j in suggestions.joints if j.loop and {j.parent, j.child} <= known]
+    weak = [j for j in suggestions.joints if j not in loops and j.confidence < suggestions.threshold]
     if loops:
         lines += ["", *_comment("--- these joints close a circle of joints, so they are loop closures; uncomment what is right")]
         for joint in loops:
             lines += ["", *_loop_lines(joint)]
     if weak:
-        lines += [
-            "",
-            *_comment("--- less sure: both sides are one body above. To use one, uncomment it and give the parent the parts said there"),
-        ]
-        bodies = {body.name: body for body in suggestions.bodies}
+        lines += ["", *_comment(UNSURE)]
         for joint in weak:
-            lines += ["", *_weak_lines(joint, bodies[joint.parent], paths)]
+            lines += ["", *(_loop_lines(joint) if joint.loop else _weak_lines(joint, paths))]
     lines += ["", *_wheel_section(suggestions)]
     lines += ["", *_drive_examples(suggestions)]
     return "\n".join(lines).rstrip() + "\n"
@@ -249,17 +250,13 @@ def _loop_lines(joint: SuggestedJoint) -> list[str]:
     return [*lines, *("# " + line for line in [*keys, f"point = {_millimetres(joint.point)}"])]
 
 
-def _weak_lines(joint: SuggestedJoint, body: SuggestedBody, paths: Sequence[str]) -> list[str]:
+def _weak_lines(joint: SuggestedJoint, paths: Sequence[str]) -> list[str]:
     lines = _findings(f"UNSURE (confidence {joint.confidence:.2f})", joint)
-    child = joint.child if joint.child != joint.parent else joint.name
-    child = f"{child}_moving" if child == body.name else child
-    rest = [i for i in body.instances if i not in joint.moving]
-    if joint.moving and rest:
-        lines += [f"# body {toml_string(body.name)} would keep: parts = {_list(shortest_patterns(rest, paths))}"]
-        lines += ["# [[body]]", f"# name = {toml_string(child)}", f"# parts = {_list(shortest_patterns(joint.moving, paths))}"]
-    for line in _joint_keys(joint):
-        lines.append("# " + (f"child = {toml_string(child)}" if line.startswith("child = ") else line))
-    return lines
+    if joint.moving:
+        lines += [f"# body {toml_string(joint.parent)} would keep: parts = {_list(shortest_patterns(joint.staying, paths))}"]
+        lines += [f"# joint {toml_string(name)} would have: parent = {toml_string(joint.child)}" for name in joint.carries]
+        lines += ["# [[body]]", f"# name = {toml_string(joint.child)}", f"# parts = {_list(shortest_patterns(joint.moving, paths))}"]
+    return [*lines, *("# " + line for line in _joint_keys(joint))]
 
 
 def _wheel_section(suggestions: Suggestions) -> list[str]:

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 WELDED = 1e-4  # [m] solids that overlap thicker than this are drawn into each other: one piece
 SMALL = 0.05  # of the assembly's size: what is smaller and carries nothing is no moving body of its own
 LARGER = 1.02  # times: sizes that differ by less are alike
+ACROSS = 0.999  # cosine: a face whose normal is nearer to an axis lies across it
 TURNED = 0.6  # share of a solid's cylindrical area on one axis that makes it a turned part
 FASTENER_WORDS = re.compile(
     r"screw|bolt|nut(?![a-z])|washer|rivet|dowel|circlip|schraube|mutter|scheibe|\bdin[ _]?\d|\biso[ _]?\d|\bm\d+ ?x ?\d", re.IGNORECASE
@@ -213,13 +214,21 @@ class Grouping:
     def group_spin(self, group: int) -> Line | None:
         """The axis about which all members of a group (without its fasteners and balls) are turned, None if there is none."""
         found: Line | None = None
-        shape = [i for i in self.members[group] if not self.fastener[i] and not is_ball(self.bodies[i])]
-        for i in shape or self.members[group]:
+        for i in self._shape(group):
             own = self.spin[i]
             if own is None or (found is not None and not found.same(own)):
                 return None
             found = own
         return found
+
+    def is_round(self, group: int) -> bool:
+        """Whether a group is turned about one axis and round outside, so that its turning changes nothing that is seen."""
+        axis = self.group_spin(group)
+        return axis is not None and all(round_outside(self.bodies[i], axis) for i in self._shape(group))
+
+    def _shape(self, group: int) -> list[int]:
+        """What gives a group its shape: its members without fasteners and balls, if there are others."""
+        return [i for i in self.members[group] if not self.fastener[i] and not is_ball(self.bodies[i])] or self.members[group]
 
     def _spins_in(self, group: int, other: int, axis: Line) -> bool:
         """Whether a turned group can spin about its axis with all its contacts to another one."""
@@ -429,6 +438,14 @@ def outer_radius(body: PlacedSolid, axis: Line) -> float:
     radii = [c.radius for c in body.cylinders if not c.concave and axis.distance(c.point) < COAXIAL]
     radii += [float(np.max(np.linalg.norm(np.cross(p.outline - axis.point, axis.axis), axis=1))) for p in body.planes]
     return max(radii, default=0.0)
+
+
+def round_outside(body: PlacedSolid, axis: Line) -> bool:
+    """Whether no flat beside the axis reaches further out than the solid's cylinders about it: a square plate on a shaft does."""
+    beside = [p for p in body.planes if abs(float(p.normal @ axis.axis)) < ACROSS]
+    reach = [float(np.max(np.linalg.norm(np.cross(p.outline - axis.point, axis.axis), axis=1))) for p in beside]
+    radii = [c.radius for c in body.cylinders if not c.concave and axis.distance(c.point) < COAXIAL]
+    return max(reach, default=0.0) <= LARGER * max(radii, default=0.0)
 
 
 def mobility_of(between: Between) -> Mobility:

@@ -9,29 +9,38 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.cad.files.assembly import Assembly
+from rille.cad.files.assembly import Assembly, require_solids
 from rille.cad.suggestion.contact import Contact, PlacedSolid, coaxial, facing, find_contacts, near_pairs, place_solids, seat_balls
 from rille.cad.suggestion.grouping import SMALL, Grouping, Line
 from rille.cad.suggestion.joint_evidence import Candidate, JointEvidence
 from rille.cad.suggestion.mobility import positive
+from rille.cad.suggestion.outward import outward
 from rille.cad.suggestion.unheld_wheels import UnheldWheel, unheld_wheels, without_holders
 from rille.cad.suggestion.values import THRESHOLD, SuggestedBody, SuggestedJoint, SuggestedWheel, Suggestions
 from rille.cad.suggestion.wheel_search import Wheel, WheelSearch
 from rille.cad.suggestion.wording import mm
+from rille.model import InputRefused
 
 Array = NDArray[np.float64]
 
 
 def suggest(assembly: Assembly, progress: Callable[[str, float], None] | None = None) -> Suggestions:
-    """Suggest bodies, joints and wheels of an assembly from its geometry alone; the same file gives the same suggestions."""
+    """Suggest bodies, joints and wheels of an assembly from its geometry alone; the same file gives the same suggestions.
+
+    Raises
+    ------
+    InputRefused : if the assembly has no closed solid, or none that can be tessellated.
+    """
+    require_solids(assembly)
     say = progress or (lambda what, fraction: None)
     solids = place_solids(assembly, lambda what, f: say(what, 0.4 * f))
     if not solids:
-        return Suggestions(bodies=(), joints=(), wheels=(), root="", notes=("no part has a solid, so nothing has a mass or can move",))
+        raise InputRefused(f"no solid of '{assembly.file}' can be tessellated; check its geometry in CAD and export it again")
     contacts = seat_balls(solids, find_contacts(solids, lambda what, f: say(what, 0.4 + 0.4 * f)))
     say("grouping", 0.8)
     judge = _Judge(assembly, _grouped(solids, contacts))
@@ -164,8 +173,14 @@ class _Judge:
             return
         gap, _, i, j = nearest
         kept = self.g.group[j]
-        where = f"{self.joints.path(j)}, its nearest neighbour ({mm(gap)} between their boxes)"
-        sentence = f"nothing holds {self.joints.path(i)}; it was put with {where}"
+        between = f"{mm(gap)} between their boxes"
+        if self.g.bodies[i].instance == self.g.bodies[j].instance:
+            sentence = (
+                f"two solids of {self.joints.path(i)} do not touch ({between}) and move together, since they are drawn as one part; "
+                "if they move against each other, make them two parts in CAD"
+            )
+        else:
+            sentence = f"nothing holds {self.joints.path(i)}; it was put with {self.joints.path(j)}, its nearest neighbour ({between})"
         self._merge(self.g.group[i], kept)
         self.assumed[self.g.group[j]].append(sentence)
         self.notes.append(sentence)
@@ -232,13 +247,14 @@ class _Judge:
         degree = Counter(k for c in self.candidates for k in (c.a, c.b))
         total = sum(b.volume for b in self.g.bodies)
         signatures = Counter(self._signature(c) for c in self.candidates)
+        base = max(self.g.members, key=lambda k: (self.g.volume(k), -k))  # carries the others, so it is never what spins idly
         for c in self.candidates:
             count = signatures[self._signature(c)]
             if count > 1:
                 c.found.append(("repeated", f"the same joint is there {count} times"))
             is_wheel = c.wheel is not None and c.wheel.confidence >= THRESHOLD
             line = Line(point=c.point, axis=c.axis)
-            idle = [k for k in (c.a, c.b) if degree[k] == 1 and (spin := self.g.group_spin(k)) is not None and spin.same(line)]
+            idle = any(k != base and degree[k] == 1 and self._spins_unseen(k, line) for k in (c.a, c.b))
             if c.kind == "hinge" and idle and not is_wheel:
                 c.doubts.append(("spins idly", "the part is turned about this axis and carries nothing, so its turning changes nothing"))
             small = min(self.g.extent(c.a), self.g.extent(c.b)) < 2 * SMALL * self.g.size
@@ -254,6 +270,11 @@ class _Judge:
             ):
                 c.found.append(("nothing else", "the two sides meet nowhere else"))
 
+    def _spins_unseen(self, group: int, line: Line) -> bool:
+        """Whether a group is round about a line."""
+        spin = self.g.group_spin(group)
+        return spin is not None and spin.same(line) and self.g.is_round(group)
+
     def _signature(self, c: Candidate) -> tuple:
         volumes = sorted(round(20 * math.log(max(self.g.volume(k), 1e-12))) for k in (c.a, c.b) if self.g.volume(k) > 0)
         return c.kind, round(c.radius, 5), c.found[0][0], volumes[0]
@@ -262,13 +283,13 @@ class _Judge:
 
     def _suggestions(self) -> Suggestions:
         order = sorted(self.candidates, key=lambda c: (-c.confidence, c.a, c.b))
-        moving_of = self._weak_sides(order)
+        pieces = _Pieces(group=list(self.g.group), sides={c: (c.a, c.b) for c in order}, owner=self._owners())
         self._merge_weak(order)
         self._attach_rest(order)
         owner = self._owners()
         groups = sorted(set(owner.values()), key=lambda k: (-self.g.volume(k), k))
         strong = [c for c in order if c.confidence >= THRESHOLD and self.g.group[c.a] != self.g.group[c.b]]
-        root = groups[0]  # the largest volume
+        root = self._root(groups, strong)
         tree, loops = self._span(strong, root)
         names = self._names_of(groups, owner)
         assumed = {self.g.group[k]: text for k, text in self.assumed.items()}
@@ -276,8 +297,24 @@ class _Judge:
             SuggestedBody(name=names[k], instances=tuple(i for i, g in sorted(owner.items()) if g == k), notes=tuple(assumed.get(k, ())))
             for k in self._ordered(groups, root, tree)
         )
-        joints, wheels = self._joints(tree, loops, [c for c in order if c not in strong], names, owner, moving_of)
+        joints, wheels = self._joints(tree, loops, [c for c in order if c not in strong], names, owner, pieces)
         return Suggestions(bodies=bodies, joints=joints, wheels=wheels, root=names[root], notes=tuple(self.notes))
+
+    def _root(self, groups: list[int], strong: list[Candidate]) -> int:
+        """The body that carries the others: the largest that is neither a wheel nor a leg, which holds one wheel and hangs on one body.
+
+        groups : from the largest volume down.
+        """
+        sure = [c.wheel for c in strong if c.wheel is not None and c.wheel.confidence >= THRESHOLD]
+        wheels = {self.g.group[wheel.group] for wheel in sure}
+        beside: dict[int, set[int]] = defaultdict(set)
+        for c in strong:
+            a, b = self.g.group[c.a], self.g.group[c.b]
+            beside[a].add(b)
+            beside[b].add(a)
+        rest = [k for k in groups if k not in wheels] or groups
+        legs = {k for k in rest if len(beside[k] & wheels) == 1 and len(beside[k] - wheels) == 1}
+        return next((k for k in rest if k not in legs), rest[0])
 
     def _merge_weak(self, order: list[Candidate]) -> None:
         """Join both sides of what is under the threshold, the least sure first, unless they are the two sides of a sure joint."""
@@ -286,15 +323,6 @@ class _Judge:
             a, b = self.g.group[c.a], self.g.group[c.b]
             if c.confidence < THRESHOLD and not any({self.g.group[s.a], self.g.group[s.b]} == {a, b} for s in strong):
                 self.g.merge(a, b)
-
-    def _weak_sides(self, order: list[Candidate]) -> dict[Candidate, tuple[int, ...]]:
-        """For every candidate under the threshold the instances of its smaller side, before both become one body."""
-        sides = {}
-        for c in order:
-            if c.confidence < THRESHOLD:
-                small = min((c.a, c.b), key=lambda k: (self.g.volume(k), k))
-                sides[c] = tuple(sorted({self.g.bodies[i].instance for i in self.g.members[small]}))
-        return sides
 
     def _owners(self) -> dict[int, int]:
         """Group of every instance: that of most of its volume; parts without a solid go with the parts drawn beside them."""
@@ -380,33 +408,81 @@ class _Judge:
         weak: list[Candidate],
         names: dict[int, str],
         owner: dict[int, int],
-        moving_of: dict[Candidate, tuple[int, ...]],
+        pieces: "_Pieces",
     ) -> tuple[tuple[SuggestedJoint, ...], tuple[SuggestedWheel, ...]]:
         joints, wheels = [], []
-        taken: Counter = Counter()
+        taken: set[str] = set()
 
-        def unique(name: str) -> str:
-            taken[name] += 1
-            return name if taken[name] == 1 else f"{name}_{taken[name]}"
+        def unique(name: str, others: Iterable[str] = names.values()) -> str:
+            """A name that no joint bears, and no body of the other ones."""
+            given, count = name, 1
+            while given in taken or given in others:
+                count += 1
+                given = f"{name}_{count}"
+            taken.add(given)
+            return given
 
         for c, up, down in tree:
             moving = tuple(i for i, k in sorted(owner.items()) if k == down)
-            joints.append(self._joint(c, unique(names[down]), names[up], names[down], moving, False))
+            joints.append(self._joint(c, unique(names[down], ()), names[up], names[down], moving, False))
             if c.wheel is not None and c.wheel.confidence >= THRESHOLD and self.g.group[c.wheel.group] == down:
                 wheels.append(self._wheel_of(c.wheel, joints[-1].name, names[down]))
         for c in loops:
             a, b = names[self.g.group[c.a]], names[self.g.group[c.b]]
             joints.append(self._joint(c, unique(f"{a}_{b}_closure"), a, b, (), True))
         for c in weak:
-            name = names[self.g.group[c.a]]
-            other = names[self.g.group[c.b]]
-            if name != other:
-                joints.append(self._joint(c, unique(f"{name}_{other}_closure"), name, other, (), True))
-                continue
-            moving = moving_of.get(c, ())
-            child = _slug(self.assembly.instances[moving[0]].path.rsplit("/", 1)[-1]) if moving else name
-            joints.append(self._joint(c, unique(child or "joint"), name, name, moving, False))
+            a, b = names[self.g.group[c.a]], names[self.g.group[c.b]]
+            if a != b:
+                joints.append(self._joint(c, unique(f"{a}_{b}_closure"), a, b, (), True))
+        carried = [(joint.name, pieces.side(c, up, self.g.group)) for (c, up, _), joint in zip(tree, joints, strict=False)]
+        roots = {down: pieces.side(c, down, self.g.group) for c, _, down in tree}
+        for body in names:
+            inside = [c for c in weak if self.g.group[c.a] == self.g.group[c.b] == body]
+            if inside:
+                joints += self._unsure(body, inside, roots.get(body), carried, names, owner, pieces, unique)
         return tuple(joints), tuple(wheels)
+
+    def _unsure(
+        self,
+        body: int,
+        weak: list[Candidate],
+        root: int | None,
+        carried: list[tuple[str, int]],
+        names: dict[int, str],
+        owner: dict[int, int],
+        pieces: "_Pieces",
+        unique: Callable[[str], str],
+    ) -> list[SuggestedJoint]:
+        """Joints under the threshold within one body, each with the bodies that there would be if it and those before it were used.
+
+        root : the piece of the body that the joint above it moves. carried : names of sure joints, and the pieces that carry them.
+        """
+        mine = {pieces.group[i] for i in self.g.members[body]}
+        start = max(mine, key=lambda k: (pieces.volume(k, self.g.bodies), -k)) if root is None else root
+        ordered = [(c, *pieces.sides[c]) for c in weak]
+        links, closing = outward(start, sorted(mine), ordered, lambda k: pieces.volume(k, self.g.bodies))
+        called = {start: names[body]}
+        keeps = {names[body]: {i for i, k in owner.items() if k == body}}
+        found = []
+        for link in links:
+            parent = called[link.up]
+            moving = {i for i in keeps[parent] if pieces.owner[i] in link.below}
+            if not moving or moving == keeps[parent]:  # a solid of an instance that lies in the other side
+                called[link.down] = parent
+                found.append(self._joint(link.candidate, unique(f"{parent}_joint"), parent, parent, (), False))
+                continue
+            own = sorted(i for i in moving if pieces.owner[i] == link.down) or sorted(moving)
+            child = unique(_slug(self._title(own)) or "body")
+            called[link.down] = child
+            keeps[parent] -= moving
+            keeps[child] = moving
+            carries = tuple(name for name, piece in carried if piece in link.below)
+            joint = self._joint(link.candidate, child, parent, child, tuple(sorted(moving)), False)
+            found.append(replace(joint, staying=tuple(sorted(keeps[parent])), carries=carries))
+        for c, a, b in closing:
+            one, other = called[a], called[b]
+            found.append(self._joint(c, unique(f"{one}_{other}_closure"), one, other, (), one != other))
+        return found
 
     def _joint(self, c: Candidate, name: str, parent: str, child: str, moving: tuple[int, ...], loop: bool) -> SuggestedJoint:
         return SuggestedJoint(
@@ -454,7 +530,7 @@ class _Judge:
         return names
 
     def _title(self, members: list[int]) -> str:
-        """The sub-assembly that holds just these instances, else the largest part's name, else its prototype's."""
+        """The sub-assembly that holds just these instances, else the part of most volume."""
         paths = [self.assembly.instances[i].path for i in members]
         parts = [p.split("/") for p in paths]
         common = []
@@ -464,12 +540,33 @@ class _Judge:
             common.append(level[0])
         if len(common) > 1:
             return common[-1]
-        sizes: dict[int, float] = {}
+        volumes = dict.fromkeys(members, 0.0)
         for body in self.g.bodies:
-            if body.instance in members:
-                sizes[body.instance] = max(sizes.get(body.instance, 0.0), body.size)
-        largest = max(sorted(sizes) or members, key=lambda i: sizes.get(i, 0.0))
+            if body.instance in volumes:
+                volumes[body.instance] += body.volume
+        largest = max(sorted(members), key=lambda i: volumes[i])
         return paths[members.index(largest)].rsplit("/", 1)[-1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Pieces:
+    """The rigid groups before those with an unsure joint between them became one body.
+
+    group : of every solid. sides : the two groups of every candidate. owner : group of every instance.
+    """
+
+    group: list[int]
+    sides: dict[Candidate, tuple[int, int]]
+    owner: dict[int, int]
+
+    def side(self, c: Candidate, body: int, bodies: list[int]) -> int:
+        """The side of a candidate that is now in ``body``; ``bodies`` : that of every solid."""
+        a, b = self.sides[c]
+        return a if bodies[a] == body else b
+
+    def volume(self, piece: int, solids: Sequence[PlacedSolid]) -> float:
+        """Of the solids of a piece [m^3]."""
+        return sum(solid.volume for solid, k in zip(solids, self.group, strict=True) if k == piece)
 
 
 def _clean(values: Array) -> Array:

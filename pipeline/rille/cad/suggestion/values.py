@@ -26,8 +26,12 @@ class SuggestedBody:
 class SuggestedJoint:
     """A joint: point [m] and unit axis, shape (3,), in the assembly's frame.
 
-    parent, child : names of bodies. Under the threshold both sides are one body, ``parent == child``, and ``moving`` says which instances
-    would be the moving body. evidence, doubts : sentences. loop : it closes a circle of joints.
+    parent, child : names of bodies. moving : instances of the child. evidence, doubts : sentences. loop : it closes a circle of joints.
+
+    Under the threshold both sides are one of the suggested bodies. Parent and child are then the bodies that there would be if this
+    joint and those before it were used: ``moving`` are the instances that the child would take, ``staying`` those that the parent would
+    keep, ``carries`` the joints above the threshold that would have the child as their parent. ``parent == child`` where no instance
+    of its own would move.
     """
 
     name: str
@@ -41,6 +45,8 @@ class SuggestedJoint:
     doubts: tuple[str, ...]
     moving: tuple[int, ...]
     loop: bool = False
+    staying: tuple[int, ...] = ()
+    carries: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
