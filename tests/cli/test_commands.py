@@ -198,11 +198,15 @@ def test_usage_is_2_and_a_bug_is_1(model, tmp_path):
     assert "Traceback" not in done.stderr
 
 
+def write_crawl(model):
+    """A scenario that outlasts every test."""
+    crawl = tuple(Command(drive=d.name, time=0.0, value=1e-5) for d in store.read_rover(model).drives)
+    store.write_scenario(model, Scenario(name="crawl", duration=100000, terrain="plane", placement="on_terrain", commands=crawl))
+
+
 def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
     """Both rille and the solver get SIGINT, as from a keyboard; the bar is drawn on a terminal."""
-    drives = store.read_rover(model).drives
-    crawl = tuple(Command(drive=d.name, time=0.0, value=1e-5) for d in drives)
-    store.write_scenario(model, Scenario(name="crawl", duration=100000, terrain="plane", placement="on_terrain", commands=crawl))
+    write_crawl(model)
     try:
         primary, secondary = pty.openpty()
     except OSError as error:
@@ -231,9 +235,7 @@ def test_numbers_that_end_before_the_run_are_told(model):
 
 def test_an_interrupt_of_rille_alone_reaches_the_solver(model):
     """As supervisors and the stop buttons of editors send it: not to the group of processes, as a keyboard does."""
-    drives = store.read_rover(model).drives
-    crawl = tuple(Command(drive=d.name, time=0.0, value=1e-5) for d in drives)
-    store.write_scenario(model, Scenario(name="crawl", duration=100000, terrain="plane", placement="on_terrain", commands=crawl))
+    write_crawl(model)
     process = subprocess.Popen([RILLE, "run", str(model), "--scenario", "crawl"], stdout=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + 60
     while not store.list_runs(model) and time.monotonic() < deadline:  # until then Python still starts

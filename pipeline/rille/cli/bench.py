@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from rille.cli.places import require_place
+from rille.cli.places import require_place, require_png
 from rille.cli.rig import Columns, Where, find_effect, find_load, find_soils, find_wheel, read_points, tell_columns, tell_idle
 from rille.cli.talk import Json, print_json, say
 
@@ -49,8 +49,8 @@ def bench(
     from rille.model import InputRefused
     from rille.model.quantity import angle_with_unit, to_si
 
-    require_place(figure, endings=(".png",))
-    require_place(csv)
+    require_png(figure)
+    require_place(figure, csv)
     if save is not None and database is None:
         raise InputRefused("--save needs a database to keep the points in; name one")
     g = simulate.surface_gravity(gravity)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rille.cli.places import require_place
+from rille.cli.places import require_place, require_png
 from rille.cli.talk import Json, print_json, progress, say
 from rille.model.severity import SEVERITIES
 
@@ -38,7 +38,8 @@ def check(
     from rille.model import InputRefused
     from rille.model.quantity import to_si
 
-    require_place(output, endings=(".png",))
+    require_png(output)
+    require_place(output)
     if samples < 0:
         raise InputRefused(f"--samples is {samples}; give 0 or more (--no-interference looks at none)")
     limit = to_si(time_limit, "time", "--time-limit")

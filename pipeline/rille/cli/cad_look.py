@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from rille.cli.places import require_place
+from rille.cli.places import require_place, require_png
 from rille.cli.talk import Json, print_json, progress, say
 
 File = Annotated[Path, typer.Argument(help="STEP file, or CadQuery script (.py); `new` takes a URDF, too.")]
@@ -25,7 +25,8 @@ def inspect(file: File, picture: Picture = None, as_json: Json = False) -> None:
     from rille.cad.suggestion.inspect import as_dict, as_text
     from rille.cad.suggestion.inspect import inspect as look
 
-    require_place(picture, endings=(".png",))
+    require_png(picture)
+    require_place(picture)
     with progress(f"reading {file.name}") as update:
         assembly = cad.load_assembly(file, progress=lambda what, f: update(what, 0.7 * f))
         report = look(assembly)
@@ -59,8 +60,8 @@ def new(
     sheet = output or file.with_suffix(".toml")
     if sheet.exists() and not force:
         raise InputRefused(f"the sheet '{sheet}' exists; give another name with -o, or --force to write over it")
-    require_place(sheet)
-    require_place(picture, endings=(".png",))
+    require_png(picture)
+    require_place(sheet, picture)
     if file.suffix.lower() == ".urdf":
         _new_for_urdf(file, sheet, as_json)
         return

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rille.cli.places import require_place
+from rille.cli.places import require_png
 from rille.cli.talk import Json, print_json, progress, say
 
 
@@ -23,7 +23,7 @@ def preview(
     from rille.cad.collision.summary import summarize_collision
     from rille.view.collision_pictures import draw_collision
 
-    require_place(output, endings=(".png",), makes_folder=True)
+    require_png(output)
     rover = store.read_rover(model)
     with progress(f"drawing {model.name}") as update:
         update("measuring", 0.0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rille.cli.places import require_place
+from rille.cli.places import require_place, require_png
 from rille.cli.recording_names import MEANT, chosen_recordings
 from rille.cli.talk import Json, print_json, progress, say
 
@@ -58,8 +58,8 @@ def compare(
     length = to_si(window, "time", "--window")
     if not length >= SHORTEST:
         raise InputRefused(f"--window is {length:g} s; it must be at least {SHORTEST:g} s, and some samples long; 0.2 to 1 s is usual")
-    require_place(report, csv)
-    require_place(figure, endings=(".png",))
+    require_png(figure)
+    require_place(report, csv, figure)
     names = chosen_recordings(store.recording_names(database), recording, database)
     heads = [store.read_recording(database, name, samples=False) for name in names]
     kinds = {head.kind for head in heads}

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from rille.cli.places import require_place
+from rille.cli.places import require_place, require_png
 from rille.cli.rig import Columns, Where, find_effect, pick_soil, read_points, tell_columns, tell_idle, wheel_of
 from rille.cli.talk import Json, assignments, print_json, progress, say
 
@@ -128,8 +128,8 @@ def fit(
     from rille import diagnosis, simulate, store
     from rille.model import BenchPoints, InputRefused, Soil
 
-    require_place(output)
-    require_place(figure, endings=(".png",))
+    require_png(figure)
+    require_place(output, figure)
     prior = pick_soil(_known(None), soil)
     wheel = wheel_of(radius, width, grousers)
     rows = simulate.effect_rows([find_effect(text) for text in effect or []], store.effect_kinds())

@@ -83,8 +83,6 @@ def ruts(
     from rille.model import InputRefused
 
     terrain.require_geotiff(output)
-    if not database.exists():
-        raise InputRefused(f"there is no file '{database}'; check the path: ruts are in the database that `rille run` worked on")
     trace = store.read_trace(database, run)
     left = store.read_ruts(database, trace.run_id)
     name = store.read_scenario(database, trace.scenario).terrain

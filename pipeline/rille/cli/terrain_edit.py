@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rille.cli.places import require_png
 from rille.cli.talk import Json, assignments, print_json, say
 
 if TYPE_CHECKING:
@@ -20,10 +21,7 @@ Name = Annotated[str, typer.Argument(help="Name of what is placed.")]
 
 def _png(picture: Path | None) -> Path | None:
     """Refuses, before anything is edited, a picture that is no PNG: it could be the scene itself."""
-    from rille.model import InputRefused
-
-    if picture is not None and picture.suffix.lower() != ".png":
-        raise InputRefused(f"the picture '{picture}' is no PNG; name it for example site.png")
+    require_png(picture)
     return picture
 
 

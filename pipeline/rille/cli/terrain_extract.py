@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.talk import Force, Json, number, print_json, progress, say
-from rille.cli.terrain_facts import facts_of, require_database, sentence_of, write_database
+from rille.cli.terrain_facts import facts_of, sentence_of, write_database
 
 if TYPE_CHECKING:
     from rille.model import Terrain
@@ -86,7 +86,6 @@ def _terrain(source: Path, stored: str | None, name: str | None, where: dict[str
     if source.suffix != ".toml":
         from rille import store
 
-        require_database(source)
         return extract_from_terrain(store.read_terrain(source, stored, heights=False), name=name, **where)
     if stored is not None:
         raise InputRefused(f"--terrain names a terrain of a database, but '{source}' is a scene; leave it out")

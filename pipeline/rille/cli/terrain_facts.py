@@ -44,19 +44,6 @@ def sentence_of(facts: dict[str, Any]) -> str:
     )
 
 
-def require_database(database: Path) -> None:
-    """Refuse a database that is not there, with the command that makes one from a scene.
-
-    Raises
-    ------
-    InputRefused : if there is no such file.
-    """
-    from rille.model import InputRefused
-
-    if not database.exists():
-        raise InputRefused(f"there is no file '{database}'; check the path, or make it: rille terrain build SCENE.toml -o {database}")
-
-
 def write_database(ground: "Terrain", database: Path, force: bool, progress: Callable[[str, float], None]) -> None:
     """Write a terrain into a database, which is made if it is absent."""
     from rille import store

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rille.cli.places import require_png
 from rille.cli.talk import Json, assignments, number, print_json, progress, say
 
 if TYPE_CHECKING:
@@ -77,14 +78,12 @@ def show(
 
     Example: rille terrain show crater --set diameter=40m -o crater.png
     """
-    from rille.model import InputRefused
     from rille.terrain.document import describe, range_text, traits
     from rille.terrain.exhibit import exhibit
     from rille.terrain.register import read_register
     from rille.view.landform_pictures import draw_landform
 
-    if picture is not None and picture.suffix.lower() != ".png":
-        raise InputRefused(f"the picture '{picture}' is no PNG; name it for example {name}.png")
+    require_png(picture)
     register = read_register(library or ())
     form = register.find(name, "what is to be shown")
     given: dict[str, object] = {key: number(text) for key, text in assignments(drivers, "diameter=12m").items()}

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.talk import Json, print_json, progress, say
-from rille.cli.terrain_facts import require_database
 
 if TYPE_CHECKING:
     from rille.model import Rover, Terrain
@@ -187,7 +186,6 @@ def _evaluated(ground: Path, name: str | None, update: Callable[[str, float], No
         return terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction))
     from rille import store
 
-    require_database(ground)
     return store.read_terrain(ground, name, heights=False)
 
 

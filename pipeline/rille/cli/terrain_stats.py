@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rille.cli.talk import Json, print_json, progress, say
-from rille.cli.terrain_facts import require_database
 
 if TYPE_CHECKING:
     from rille.model import Terrain
@@ -64,7 +63,6 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
     if suffix == ".db":
         from rille import store
 
-        require_database(ground)
         return _of_terrain(store.read_terrain(ground, name, heights=False), update)
     from rille.terrain.ground_metres import check_metres
     from rille.terrain.raster import open_raster
@@ -72,7 +70,10 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
     raster = open_raster(ground)
     (n_rows, n_cols), (east, north), (along_x, along_y) = raster.shape, raster.corner, raster.posting
     check_metres(raster, east + along_x * (n_cols - 1) / 2, north - along_y * (n_rows - 1) / 2)
-    raster.refuse_lost_marks(raster.strips((0, n_rows), (0, n_cols)))
+    marks = raster.lost_marks()
+    for heights in raster.strips((0, n_rows), (0, n_cols)):  # all of them: what is measured may be a sample
+        marks.look(heights)
+    marks.refuse()
     surface = _Windows(raster.shape, raster.read)
     return statistics.measure(ground.name, surface, *raster.posting, progress=update)
 

@@ -76,7 +76,10 @@ _sound: dict[Path, tuple[int, int, int]] = {}  # files that this process has fou
 def _probe(path: Path, *, may_be_older: bool, known_sound: bool = False) -> int:
     """Read header and version without writing a byte; return the version. The whole file is checked once for each of its states."""
     if not path.exists():
-        raise InputRefused(f"there is no file '{path}'; build a model first: `rille cad build SHEET.toml -o {path}`")
+        raise InputRefused(
+            f"there is no file '{path}'; check the path, or make it: `rille cad build SHEET.toml -o {path}` for a machine, "
+            f"`rille terrain build SCENE.toml -o {path}` for ground; `rille run` fills it with results"
+        )
     if not path.is_file():
         raise InputRefused(f"'{path}' is a folder, not a database")
     with path.open("rb") as file:

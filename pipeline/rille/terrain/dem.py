@@ -40,7 +40,9 @@ def read_dem(path: Path, band: int = 1) -> Dem:
     raster = open_raster(path, band)
     n_rows, n_cols = raster.shape
     heights = raster.read((0, n_rows), (0, n_cols))
-    raster.refuse_lost_marks([heights])
+    marks = raster.lost_marks()
+    marks.look(heights)
+    marks.refuse()
     return Dem(
         heights=heights,
         posting_x=raster.posting[0],

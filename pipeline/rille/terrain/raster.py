@@ -7,7 +7,7 @@ apart, whose outermost points lie half a cell inside the raster's border.
 import math
 import re
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,48 +73,55 @@ class Raster:
         for row in range(rows[0], rows[1], step):
             yield self.read((row, min(row + step, rows[1])), cols)
 
-    def refuse_lost_marks(self, blocks: Iterable[Array]) -> None:
-        """:func:`refuse_lost_marks` of heights that were read from it."""
-        refuse_lost_marks(self.path, blocks, self.scale, self.offset)
+    def lost_marks(self) -> "LostMarks":
+        """An account of heights that are read from it."""
+        return LostMarks(self.path, self.scale, self.offset)
 
 
-def refuse_lost_marks(path: Path, blocks: Iterable[Array], scale: float = 1.0, offset: float = 0.0, unit: str = "m") -> None:
-    """Refuse heights that are marks for "no value" whose tag was lost: they would be pits kilometres deep.
+class LostMarks:
+    """An account of marks for "no value" whose tag was lost, kept while heights pass by: they would be pits kilometres deep.
 
     A value is taken for one if it is exactly one of ``MARKS``, and lies away from all other heights by more than half of their range.
     True ground has heights in between, whatever its relief is.
-
-    Parameters
-    ----------
-    blocks : all heights that matter, NaN = no value. scale, offset : height = offset + scale value, of the values in the file.
-    unit : of the heights, for the sentence; "" if it has no name.
-
-    Raises
-    ------
-    InputRefused : with the mark, how many heights hold it, how far off they are, and what to do.
     """
-    marks = {mark: offset + scale * mark for mark in MARKS}
-    counts = dict.fromkeys(MARKS, 0)
-    low, high = math.inf, -math.inf
-    for heights in blocks:
+
+    def __init__(self, path: Path, scale: float = 1.0, offset: float = 0.0, unit: str = "m") -> None:
+        """Of a file; height = offset + scale value, of the values in it. unit : of the heights, for the sentence; "" without a name."""
+        self._path, self._unit = path, unit
+        self._marks = {mark: offset + scale * mark for mark in MARKS}
+        self._counts = dict.fromkeys(MARKS, 0)
+        self._low, self._high = math.inf, -math.inf
+
+    def look(self, heights: Array) -> None:
+        """Take some of the heights into account; NaN = no value."""
         others = np.isfinite(heights)
-        for mark, height in marks.items():
+        for mark, height in self._marks.items():
             marked = heights == height
-            counts[mark] += int(np.count_nonzero(marked))
+            self._counts[mark] += int(np.count_nonzero(marked))
             others &= ~marked
         if others.any():
-            low, high = min(low, float(heights[others].min())), max(high, float(heights[others].max()))
-    for mark in (mark for mark in MARKS if counts[mark]):
-        away = max(low - marks[mark], marks[mark] - high)
-        if low <= high and away <= APART * (high - low):
-            continue
-        side = "below" if marks[mark] < low else "above"
-        where = f", {away:.0f}{f' {unit}'.rstrip()} {side} all others ({low:g} to {high:g})" if low <= high else ""
-        raise InputRefused(
-            f"'{path}' has {counts[mark]} height{'s' * (counts[mark] != 1)} of exactly {f'{marks[mark]:g} {unit}'.strip()}{where}: a mark "
-            f'for "no value" whose tag was lost; put it back (gdal_edit -a_nodata {mark:g}, or gdal_translate -a_nodata {mark:g}; in an '
-            f".asc the line 'NODATA_value {mark:g}')"
-        )
+            self._low, self._high = min(self._low, float(heights[others].min())), max(self._high, float(heights[others].max()))
+
+    def refuse(self) -> None:
+        """Refuse what was found, once all heights that matter were looked at.
+
+        Raises
+        ------
+        InputRefused : with the mark, how many heights hold it, how far off they are, and what to do.
+        """
+        low, high, unit = self._low, self._high, self._unit
+        for mark in (mark for mark in MARKS if self._counts[mark]):
+            count, height = self._counts[mark], self._marks[mark]
+            away = max(low - height, height - high)
+            if low <= high and away <= APART * (high - low):
+                continue
+            side = "below" if height < low else "above"
+            where = f", {away:.0f}{f' {unit}'.rstrip()} {side} all others ({low:g} to {high:g})" if low <= high else ""
+            raise InputRefused(
+                f"'{self._path}' has {count} height{'s' * (count != 1)} of exactly {f'{height:g} {unit}'.strip()}{where}: a mark "
+                f'for "no value" whose tag was lost; put it back (gdal_edit -a_nodata {mark:g}, or gdal_translate -a_nodata {mark:g}; in '
+                f"an .asc the line 'NODATA_value {mark:g}')"
+            )
 
 
 def height_unit(raster: Any, band: int) -> str:

@@ -1,6 +1,5 @@
 """The values of a DEM that a scene rests on: in memory where they are few, otherwise read from the file block by block."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +46,9 @@ def cells(raster: Raster, rows: Range, cols: Range, *, halo: int, fill: bool) ->
         _refuse_holes(raster, rows, cols, fill)
         return Blocks(rows=wide_rows, cols=wide_cols, size=BLOCK, load=raster.read), None
     values = raster.read(wide_rows, wide_cols)
-    raster.refuse_lost_marks([values])
+    marks = raster.lost_marks()
+    marks.look(values)
+    marks.refuse()
     inner = slice(rows[0] - wide_rows[0], rows[1] - wide_rows[0]), slice(cols[0] - wide_cols[0], cols[1] - wide_cols[0])
     holes = np.isnan(values[inner])
     if not holes.any():
@@ -89,20 +90,15 @@ def _plane(values: Array, known: NDArray[np.bool_]) -> Array:
 
 def _refuse_holes(raster: Raster, rows: Range, cols: Range, fill: bool) -> None:
     """Look through a large part in strips."""
-    count, first = 0, None
-
-    def looked_through() -> Iterator[Array]:
-        nonlocal count, first
-        row = rows[0]
-        for heights in raster.strips(rows, cols):
-            holes = np.isnan(heights)
-            if first is None and holes.any():
-                first = np.argwhere(holes)[0] + (row, cols[0])
-            count += int(holes.sum())
-            row += len(heights)
-            yield heights
-
-    raster.refuse_lost_marks(looked_through())
+    count, first, row, marks = 0, None, rows[0], raster.lost_marks()
+    for heights in raster.strips(rows, cols):
+        marks.look(heights)
+        holes = np.isnan(heights)
+        if first is None and holes.any():
+            first = np.argwhere(holes)[0] + (row, cols[0])
+        count += int(holes.sum())
+        row += len(heights)
+    marks.refuse()
     if first is None:
         return
     if not fill:

@@ -1,5 +1,6 @@
 """Gazebo: a world (SDF) with a heightmap, and the 16-bit PNG that it reads."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -8,6 +9,7 @@ from rille.model.solid_mesh import hull_triangles, own_points, stated_obstacles
 from rille.terrain.delivery.appearing import appearing
 from rille.terrain.delivery.obj import write_points, write_triangles
 from rille.terrain.delivery.png16 import steps, write_image
+from rille.terrain.delivery.spelling import numbers
 from rille.terrain.delivery.strips import Progress, Relief, relief, require_whole
 
 
@@ -35,12 +37,12 @@ def write(terrain: Terrain, path: Path, progress: Progress | None = None) -> lis
     with appearing(path) as folder:
         image = f"{path.stem}.png"
         write_image(terrain, folder / image, found, progress)
-        meshes = {}
-        for obstacle in stated_obstacles(terrain):
+        stones, meshes = stated_obstacles(terrain), {}
+        for obstacle in stones:
             if obstacle.kind == "hull":
                 meshes[obstacle.name] = f"{path.stem}.rock_{len(meshes) + 1}.obj"
                 _write_mesh(folder / meshes[obstacle.name], obstacle)
-        (folder / path.name).write_text(_world(terrain, image, found, width, length, meshes), encoding="utf-8")
+        (folder / path.name).write_text(_world(terrain, image, found, width, length, _obstacles(stones, meshes)), encoding="utf-8")
     return [path.parent / mesh for mesh in meshes.values()]
 
 
@@ -53,9 +55,8 @@ def _write_mesh(path: Path, obstacle: Obstacle) -> None:
         write_triangles(file, hull_triangles(points))
 
 
-def _obstacles(terrain: Terrain, meshes: dict[str, str]) -> str:
-    """A static model with a link for every stated obstacle. meshes : files of hulls by the name of the obstacle."""
-    stones = stated_obstacles(terrain)
+def _obstacles(stones: Sequence[Obstacle], meshes: dict[str, str]) -> str:
+    """A static model with a link for every obstacle; "" without any. meshes : files of hulls by the name of the obstacle."""
     if not stones:
         return ""
     links = "".join(_link(obstacle, meshes.get(obstacle.name, "")) for obstacle in stones)
@@ -65,7 +66,7 @@ def _obstacles(terrain: Terrain, meshes: dict[str, str]) -> str:
 def _link(obstacle: Obstacle, mesh: str) -> str:
     sizes = obstacle.size
     if obstacle.kind == "box":
-        shape = f"<box><size>{_numbers(*sizes)}</size></box>"
+        shape = f"<box><size>{numbers(*sizes)}</size></box>"
     elif obstacle.kind == "sphere":
         shape = f"<sphere><radius>{sizes[0]!r}</radius></sphere>"
     elif obstacle.kind == "cylinder":
@@ -74,18 +75,14 @@ def _link(obstacle: Obstacle, mesh: str) -> str:
         shape = f"<mesh><uri>{escape(mesh)}</uri></mesh>"
     w, x, y, z = obstacle.pose.rotation
     return f"""      <link name={quoteattr(obstacle.name)}>
-        <pose rotation_format="quat_xyzw">{_numbers(*obstacle.pose.position, x, y, z, w)}</pose>
+        <pose rotation_format="quat_xyzw">{numbers(*obstacle.pose.position, x, y, z, w)}</pose>
         <collision name="body"><geometry>{shape}</geometry></collision>
         <visual name="body"><geometry>{shape}</geometry></visual>
       </link>
 """
 
 
-def _numbers(*values: float) -> str:
-    return " ".join(repr(float(v)) for v in values)
-
-
-def _world(terrain: Terrain, image: str, found: Relief, width: float, length: float, meshes: dict[str, str]) -> str:
+def _world(terrain: Terrain, image: str, found: Relief, width: float, length: float, obstacles: str) -> str:
     relief_height = 65535 * steps(found)[0] if found.high > found.low else 1e-3
     size = f"{width!r} {length!r} {relief_height!r}"
     place = f"{terrain.x_west + width / 2!r} {terrain.y_north - length / 2!r} {found.low!r}"
@@ -104,6 +101,6 @@ def _world(terrain: Terrain, image: str, found: Relief, width: float, length: fl
         <visual name="ground">{geometry}</visual>
       </link>
     </model>
-{_obstacles(terrain, meshes)}  </world>
+{obstacles}  </world>
 </sdf>
 """

@@ -7,6 +7,7 @@ import numpy as np
 
 from rille.model import Obstacle, Terrain
 from rille.terrain.delivery.appearing import appearing
+from rille.terrain.delivery.spelling import numbers
 from rille.terrain.delivery.strips import Progress, Relief, relief, require_whole, strips
 
 BELOW = 1.0  # [m] how far the solid reaches below its lowest point
@@ -38,12 +39,12 @@ def write(terrain: Terrain, path: Path, progress: Progress | None = None) -> Non
 def _mjcf(terrain: Terrain, heights: str, found: Relief) -> str:
     n_rows, n_cols = terrain.heights.shape
     half_x, half_y = (n_cols - 1) * terrain.posting_x / 2, (n_rows - 1) * terrain.posting_y / 2
-    size = _numbers(half_x, half_y, max(found.high - found.low, 1e-3), BELOW)
-    place = _numbers(terrain.x_west + half_x, terrain.y_north - half_y, found.low)
+    size = numbers(half_x, half_y, max(found.high - found.low, 1e-3), BELOW)
+    place = numbers(terrain.x_west + half_x, terrain.y_north - half_y, found.low)
     assets, geoms = [], []
     for k, obstacle in enumerate(terrain.obstacles):
         if obstacle.vertices is not None:
-            assets.append(f'    <mesh name="obstacle_{k}" vertex="{_numbers(*obstacle.vertices.ravel())}"/>\n')
+            assets.append(f'    <mesh name="obstacle_{k}" vertex="{numbers(*obstacle.vertices.ravel())}"/>\n')
         geoms.append(f"    <geom name={quoteattr(obstacle.name)} {_shape(obstacle, k)}/>\n")
     return (
         f"<!-- Terrain {terrain.name.replace('--', '- -')}: metres, z up, frame W; {n_rows} x {n_cols} heights at points; map height = z + "
@@ -58,15 +59,11 @@ def _shape(obstacle: Obstacle, number: int) -> str:
     """Type, size and place of an obstacle as attributes of a geom; MuJoCo's sizes are half lengths."""
     sizes = obstacle.size
     if obstacle.kind == "box":
-        shape = f'type="box" size="{_numbers(*(v / 2 for v in sizes))}"'
+        shape = f'type="box" size="{numbers(*(v / 2 for v in sizes))}"'
     elif obstacle.kind == "sphere":
-        shape = f'type="sphere" size="{_numbers(sizes[0])}"'
+        shape = f'type="sphere" size="{numbers(sizes[0])}"'
     elif obstacle.kind == "cylinder":
-        shape = f'type="cylinder" size="{_numbers(sizes[0], sizes[1] / 2)}"'
+        shape = f'type="cylinder" size="{numbers(sizes[0], sizes[1] / 2)}"'
     else:
         shape = f'type="mesh" mesh="obstacle_{number}"'
-    return f'{shape} pos="{_numbers(*obstacle.pose.position)}" quat="{_numbers(*obstacle.pose.rotation)}"'
-
-
-def _numbers(*values: float) -> str:
-    return " ".join(repr(float(v)) for v in values)
+    return f'{shape} pos="{numbers(*obstacle.pose.position)}" quat="{numbers(*obstacle.pose.rotation)}"'

@@ -12,7 +12,7 @@ from rille.model.quantity import to_si
 from rille.terrain.grid import Grid
 from rille.terrain.landform import smooth_step
 from rille.terrain.own.relief import Relief, height_of, length_of, two_lengths
-from rille.terrain.raster import HIGHEST, height_unit, reason_of, refuse_lost_marks
+from rille.terrain.raster import HIGHEST, LostMarks, height_unit, reason_of
 
 Array = NDArray[np.float64]
 
@@ -179,7 +179,9 @@ def _heights(raster: _Raster, stated: Georeference, path: Path) -> tuple[Array, 
         raise InputRefused(f"unit of '{path}' is {unit}; it must be above 0")
     heights = factor * raster.values
     heights[np.abs(heights) > HIGHEST] = np.nan
-    refuse_lost_marks(path, [raster.values], raster.scale, raster.offset, unit="" if unit[:1].isdigit() else unit)
+    marks = LostMarks(path, raster.scale, raster.offset, unit="" if unit[:1].isdigit() else unit)
+    marks.look(raster.values)
+    marks.refuse()
     return heights, f"values in {unit}"
 
 
