@@ -9,7 +9,7 @@
 -- Values of provenance: stated (written by a person), measured, geometry (computed from B-rep), cad_material, default.
 
 PRAGMA application_id = 1380535372;  -- "RILL"
-PRAGMA user_version = 8;
+PRAGMA user_version = 9;
 
 -- ---------------------------------------------------------------- where values come from
 
@@ -486,6 +486,7 @@ CREATE TABLE run (
   scenario_id INTEGER NOT NULL REFERENCES scenario(id) ON DELETE CASCADE,  -- [-] scenario
   solver TEXT NOT NULL,                                             -- [-] program and version
   step REAL NOT NULL CHECK (step > 0),                              -- [s] time step that was used
+  duration REAL CHECK (duration > 0),                               -- [s] simulated time that it was to take; absent: until it was ended, or not known
   status TEXT NOT NULL CHECK (status IN ('running', 'done', 'stopped', 'interrupted', 'left_terrain', 'wheel_buried', 'diverged')),  -- [-] outcome
   time_reached REAL NOT NULL DEFAULT 0,                             -- [s] simulated time so far
   message TEXT NOT NULL DEFAULT ''                                  -- [-] the outcome in a sentence

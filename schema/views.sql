@@ -23,7 +23,7 @@ CREATE VIEW wheel_trace AS
 
 DROP VIEW IF EXISTS run_summary;
 CREATE VIEW run_summary AS
-  SELECT run.id AS run_id, scenario.name AS scenario, status, time_reached, run.step, solver, message
+  SELECT run.id AS run_id, scenario.name AS scenario, status, time_reached, run.duration, run.step, solver, message
   FROM run JOIN scenario ON scenario.id = scenario_id;
 
 -- Samples of recordings by rows; a missing value is NULL. Blocks hold float64 little endian, and plain SQL takes them apart: sign, exponent

@@ -12,8 +12,17 @@ from rille import store
 from rille.model import InputRefused
 from rille.store.database import apply_step
 
-OLD_VIEWS = Path(__file__).parent / "views_v4.sql"  # of versions 1 to 4: rows and names that old files hold
-FROZEN = sorted(Path(__file__).parent.glob("created_v*.sql"))
+HERE = Path(__file__).parent
+FROZEN = sorted(HERE.glob("created_v*.sql"))
+OLD_VIEWS = HERE / "views_v4.sql"  # of versions 1 to 4: rows and names that old files hold
+
+
+def views_of(version):
+    """The views of a released version: those of the first file that reaches it, else today's."""
+    for last in (4, 8):
+        if version <= last:
+            return HERE / f"views_v{last}.sql"
+    return Path(store.database.schema_folder()) / "views.sql"
 
 
 OLD_ROWS = """
@@ -44,8 +53,7 @@ def test_every_released_version_migrates_to_what_a_fresh_database_is(tmp_path, f
     old, fresh = tmp_path / "old.db", tmp_path / "fresh.db"
     with closing(sqlite3.connect(old)) as connection:
         connection.executescript(frozen.read_text())
-        views = OLD_VIEWS if int(frozen.stem[-1]) <= 4 else Path(store.database.schema_folder()) / "views.sql"
-        connection.executescript(views.read_text())
+        connection.executescript(views_of(int(frozen.stem.removeprefix("created_v"))).read_text())
     store.create(fresh)
     version = int(frozen.stem.removeprefix("created_v"))
     assert store.migrate(old) == (version, store.schema_version())
@@ -66,7 +74,7 @@ def test_what_a_version_1_database_holds_is_kept(tmp_path):
         assert connection.execute("SELECT name, max_torque, integral_gain, speed_gain FROM drive").fetchall() == [("motor", 5.0, 0.0, None)]
         assert connection.execute("SELECT quantity, rate, frame FROM sensor").fetchall() == [("joint.velocity", 50.0, "world")]
         assert connection.execute("SELECT response, friction FROM material_pair").fetchall() == [("rigid", 0.5)]
-        assert connection.execute("SELECT status, step FROM run").fetchall() == [("done", 0.001)]
+        assert connection.execute("SELECT status, step, duration FROM run").fetchall() == [("done", 0.001, None)]
         assert connection.execute("SELECT count(*) FROM joint_trace").fetchone() == (1,)
         assert connection.execute("SELECT count(*) FROM effect_kind").fetchone()[0] > 40
         assert connection.execute("SELECT name FROM sqlite_master WHERE name LIKE 'old_%'").fetchall() == []
@@ -170,7 +178,7 @@ def test_what_a_version_5_database_holds_is_kept(tmp_path):
     path = tmp_path / "old.db"
     with closing(sqlite3.connect(path)) as connection:
         connection.executescript((Path(__file__).parent / "created_v5.sql").read_text())
-        connection.executescript((Path(store.database.schema_folder()) / "views.sql").read_text())
+        connection.executescript(views_of(5).read_text())
         connection.executescript(OLD_FINDINGS)
     assert store.migrate(path) == (5, store.schema_version())
     assert [(e.kind, e.target, dict(e.parameters)) for e in store.read_effects(path)] == [

@@ -78,3 +78,51 @@ def test_what_cannot_be_resumed_is_refused(tmp_path):
     done = subprocess.run([find_solver(), "run", str(path), "--resume"], capture_output=True, text=True)
     assert done.returncode == 3
     assert "checkpoint" in done.stderr
+
+
+def interrupted(path, *options):
+    """A run that a signal ended while it was going on, after it had come to rest."""
+    process = subprocess.Popen(
+        [find_solver(), "run", str(path), "--progress", *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    while float((process.stderr.readline().split() or ["", "0"])[1]) <= 0:
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=120)
+    assert process.returncode == 130
+    return json.loads(output)
+
+
+def test_what_goes_on_takes_as_long_as_was_asked_for(tmp_path):
+    """An interrupted run remembers its --duration, here a longer one than the scenario's; another one can be stated, if it is not past."""
+    path = make_remembering(tmp_path / "model.db")
+    with closing(sqlite3.connect(path)) as connection:
+        stated = connection.execute("SELECT duration FROM scenario").fetchone()[0]
+    longer = stated + 2.5
+    first = interrupted(path, "--duration", str(longer))
+    assert f"of {longer:g} s" in first["message"]
+    done = subprocess.run([find_solver(), "run", str(path), "--resume"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["time_reached"] == pytest.approx(longer, abs=1e-9)
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("SELECT duration FROM run").fetchall() == [(longer,)]
+
+    second = interrupted(path, "--duration", str(longer))
+    past = second["time_reached"] / 2
+    refused = subprocess.run(
+        [find_solver(), "run", str(path), "--resume", "--duration", repr(past)], capture_output=True, text=True, timeout=120
+    )
+    assert refused.returncode == 3
+    assert "state a longer --duration" in refused.stderr
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("SELECT status FROM run ORDER BY id").fetchall() == [("done",), ("interrupted",)]
+    later = second["time_reached"] + 0.1
+    done = subprocess.run(
+        [find_solver(), "run", str(path), "--resume", "--duration", repr(later)], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["time_reached"] == pytest.approx(later, abs=1e-3)  # of one step

@@ -19,6 +19,13 @@ void insert(SQLite::Statement& statement, std::int64_t run, double time, std::in
   statement.exec();
 }
 
+void bind(SQLite::Statement& statement, int column, std::optional<double> value) {
+  if (value)
+    statement.bind(column, *value);
+  else
+    statement.bind(column);  // NULL
+}
+
 }  // namespace
 
 Recorder::Recorder(SQLite::Database& database, const Model& model)
@@ -32,16 +39,18 @@ Recorder::Recorder(SQLite::Database& database, const Model& model)
       energy_(database, "INSERT INTO energy_state VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
       sample_(database, "INSERT OR REPLACE INTO sensor_sample VALUES (?, ?, ?, ?, ?)") {}
 
-Recorder::Recorder(SQLite::Database& database, const Model& model, const std::string& solver) : Recorder(database, model) {
-  SQLite::Statement run(database, "INSERT INTO run (scenario_id, solver, step, status) VALUES (?, ?, ?, 'running')");
+Recorder::Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, const std::string& solver)
+    : Recorder(database, model) {
+  SQLite::Statement run(database, "INSERT INTO run (scenario_id, solver, step, duration, status) VALUES (?, ?, ?, ?, 'running')");
   run.bind(1, model.scenario.id);
   run.bind(2, solver);
   run.bind(3, model.scenario.step);
+  bind(run, 4, duration);
   run.exec();
   run_id_ = database.getLastInsertRowid();
 }
 
-Recorder::Recorder(SQLite::Database& database, const Model& model, std::int64_t resume, double time, bool keep_time)
+Recorder::Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, std::int64_t resume, double time, bool keep_time)
     : Recorder(database, model) {
   run_id_ = resume;
   SQLite::Statement logged(database, "SELECT coalesce(max(number), 0) FROM command_log WHERE run_id = ?");
@@ -66,8 +75,9 @@ Recorder::Recorder(SQLite::Database& database, const Model& model, std::int64_t 
   SQLite::Statement outcome(database, "DELETE FROM event WHERE run_id = ? AND kind = 'interrupted'");
   outcome.bind(1, resume);
   outcome.exec();
-  SQLite::Statement run(database, "UPDATE run SET status = 'running', message = '' WHERE id = ?");
-  run.bind(1, resume);
+  SQLite::Statement run(database, "UPDATE run SET status = 'running', message = '', duration = ? WHERE id = ?");
+  bind(run, 1, duration);
+  run.bind(2, resume);
   run.exec();
   transaction.commit();
   time_reached_ = time;

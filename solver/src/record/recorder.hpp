@@ -26,10 +26,11 @@ struct LogLine {
 
 class Recorder {
  public:
-  // Opens a row in table `run` and commits it, with status running. resume: the run that goes on instead; what it holds beyond
-  // `time` [s] (and at `time`, unless keep_time) was written after its checkpoint and is removed.
-  Recorder(SQLite::Database& database, const Model& model, const std::string& solver);
-  Recorder(SQLite::Database& database, const Model& model, std::int64_t resume, double time, bool keep_time);
+  // Opens a row in table `run` and commits it, with status running, of a run that is to take `duration` [s], or until it is ended.
+  // resume: the run that goes on instead; what it holds beyond `time` [s] (and at `time`, unless keep_time) was written after its
+  // checkpoint and is removed.
+  Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, const std::string& solver);
+  Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, std::int64_t resume, double time, bool keep_time);
 
   void add(const Snapshot& snapshot);
   void add(const std::vector<Event>& events);

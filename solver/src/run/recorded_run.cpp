@@ -26,6 +26,7 @@ struct Kept {
   std::int64_t run_id = 0;
   long long step = 0;
   double length = 0;  // [s] of its time step
+  std::optional<double> duration;  // [s] that it was to take, if that is known
   std::string state;
 };
 
@@ -34,6 +35,7 @@ Kept kept_in(SQLite::Statement& row) {
   found.run_id = row.getColumn("id").getInt64();
   found.step = row.getColumn("step").getInt64();
   found.length = row.getColumn("length").getDouble();
+  if (const SQLite::Column duration = row.getColumn("duration"); !duration.isNull()) found.duration = duration.getDouble();
   const SQLite::Column data = row.getColumn("data");
   found.state.assign(static_cast<const char*>(data.getBlob()), static_cast<std::size_t>(data.getBytes()));
   return found;
@@ -42,7 +44,7 @@ Kept kept_in(SQLite::Statement& row) {
 // The last run of the scenario that can go on.
 Kept find_checkpoint(SQLite::Database& database, const Scenario& scenario, const std::string& digest) {
   SQLite::Statement row(database,
-                        "SELECT run.id AS id, run.step AS length, checkpoint.step AS step, model_hash, data FROM checkpoint JOIN run ON run.id = run_id "
+                        "SELECT run.id AS id, run.step AS length, duration, checkpoint.step AS step, model_hash, data FROM checkpoint JOIN run ON run.id = run_id "
                         "WHERE scenario_id = ? AND status IN ('interrupted', 'running') ORDER BY run.id DESC LIMIT 1");
   row.bind(1, scenario.id);
   if (!row.executeStep())
@@ -54,7 +56,7 @@ Kept find_checkpoint(SQLite::Database& database, const Scenario& scenario, const
 }
 
 Kept find_saved(SQLite::Database& database, const std::string& name, const std::string& world) {
-  SQLite::Statement row(database, "SELECT run.id AS id, run.step AS length, saved_state.step AS step, model_hash, data FROM saved_state "
+  SQLite::Statement row(database, "SELECT run.id AS id, run.step AS length, duration, saved_state.step AS step, model_hash, data FROM saved_state "
                                   "JOIN run ON run.id = run_id WHERE name = ?");
   row.bind(1, name);
   if (!row.executeStep()) throw InputRefused(fmt::format("no state was saved as '{}'", name));
@@ -81,7 +83,10 @@ RecordedRun::RecordedRun(const RunOptions& options)
   } else if (options.step) {
     model.scenario.step = *options.step;
   }
-  if (options.duration) model.scenario.duration = *options.duration;
+  if (options.duration)
+    model.scenario.duration = *options.duration;
+  else if (options.resume && kept->duration)
+    model.scenario.duration = *kept->duration;
   Scenario& scenario = model.scenario;
   require_step(scenario.step);
   if (!(scenario.duration > 0 && std::isfinite(scenario.duration)))
@@ -92,9 +97,13 @@ RecordedRun::RecordedRun(const RunOptions& options)
   duration_ = scenario.duration;
   n_steps_ = options.endless ? std::numeric_limits<long long>::max() : steps_in(scenario.duration, scenario.step);
   stride_ = steps_in(scenario.output_interval, scenario.step);
+  if (options.resume && kept->step > n_steps_)
+    throw InputRefused(fmt::format("duration is {:g} s, but run {} had reached {:g} s when it was interrupted; state a longer --duration",
+                                   scenario.duration, kept->run_id, static_cast<double>(kept->step) * scenario.step));
+  const std::optional<double> asked = options.endless ? std::nullopt : std::optional(scenario.duration);
   simulation_ = std::make_unique<Simulation>(std::move(model));
   if (!kept) {
-    recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), "rille-solver " RILLE_VERSION);
+    recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), asked, "rille-solver " RILLE_VERSION);
     return;
   }
   fresh_ = false;
@@ -102,11 +111,11 @@ RecordedRun::RecordedRun(const RunOptions& options)
   first_step_ = simulation_->steps();
   if (first_step_ != kept->step || kept->step < 0) throw InputRefused("the checkpoint is damaged; start the run again without --resume");
   if (options.resume) {
-    recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), kept->run_id, simulation_->time(), first_step_ % stride_ == 0);
+    recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), asked, kept->run_id, simulation_->time(), first_step_ % stride_ == 0);
     return;
   }
   simulation_->close_instant();
-  recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), "rille-solver " RILLE_VERSION);
+  recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), asked, "rille-solver " RILLE_VERSION);
   recorder_->copy(kept->run_id, simulation_->time(), scenario.step);
   recorder_->commit(Outcome::running, "");
 }
