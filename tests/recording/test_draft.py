@@ -169,6 +169,38 @@ def test_targets_are_those_of_the_model(tmp_path):
     load(tmp_path / "draft.toml", tmp_path / "m.db")
 
 
+@pytest.mark.parametrize("ending", [".csv", ".mcap"])
+def test_vectors_and_commands_of_our_own_files_are_read_back(tmp_path, ending):
+    """A gyro is a bare vector, an attitude is three angles, and a command says no quantity: its drive does."""
+    rover = cart(5.0, 0.15, 0.165)
+    drive, body = rover.drives[0], rover.bodies[0].name
+    time = np.arange(0, 2, 0.02)
+    kinds = [(f"{body}_gyro_{axis}", "part.angular_velocity", axis, body, "rad/s", "observed", "body") for axis in "xyz"]
+    kinds += [
+        (f"{body}_attitude_{angle}", "part.orientation", angle, body, "rad", "observed", "world") for angle in ("roll", "pitch", "yaw")
+    ]
+    kinds += [(f"{drive.name}_command", "joint.velocity", "", drive.joint, "rad/s", "command", "world")]
+    channels = tuple(
+        Channel(
+            name=n, quantity=q, component=c, target=at, unit=u, role=role, frame=frame, clock="one", time=time, value=0.1 * np.sin(k + time)
+        )
+        for k, (n, q, c, at, u, role, frame) in enumerate(kinds)
+    )
+    addresses = write_recording_file(tmp_path / f"d{ending}", Recording(name="d", channels=channels))
+    _, draft, found, _ = drafted(tmp_path, tmp_path / f"d{ending}", targets_of(rover))
+    assert draft.unknown == ()
+    for channel in channels:
+        guess = found[addresses[channel.name].column]
+        told = (guess["quantity"], guess.get("component", ""), guess["unit"], guess.get("role", "observed"), guess.get("frame", "world"))
+        assert told == (channel.quantity, channel.component, channel.unit, channel.role, channel.frame), channel.name
+        assert guess["target"] == channel.target
+    others = ", ".join(other.name for other in rover.drives[1:])
+    assert f"no column was guessed to command {others}: " in draft.text
+    write_recording_file(tmp_path / f"e{ending}", Recording(name="e", channels=channels[:-1]))
+    _, draft, _, _ = drafted(tmp_path, tmp_path / f"e{ending}", targets_of(rover))
+    assert f"no column was guessed to command {drive.name}, {others}: " in draft.text
+
+
 @pytest.mark.parametrize(
     "name",
     ["ball_drops.csv", "double_pendulum_acrobot_clean.parquet", "double_pendulum_sysid.parquet", "husky_terrain_imu.parquet"],

@@ -245,6 +245,11 @@ class Sensor:
     frame: Literal["world", "body"] = "world"
 
 
+COMMAND_QUANTITIES = {
+    "speed": "joint.velocity",
+    "position": "joint.position",
+    "torque": "joint.effort",
+}  # that a drive's command sets, by its mode
 COMMAND_UNITS = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}  # of a joint that turns, that slides
 
 

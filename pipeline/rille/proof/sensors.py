@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from rille.model import Scenario
 from rille.model.recording import ANGLES, AXES, QUANTITIES, Channel, Frame, Recording, unit_of
+from rille.model.rover import COMMAND_QUANTITIES
 from rille.proof.generator.reading import Reading
 from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 JITTER = 0.04  # of a period, 1 sigma
-COMMANDED = {"speed": "joint.velocity", "position": "joint.position", "torque": "joint.effort"}
 HIDES_NOISE = 1 / 3  # share of trials whose manifest does not tell the noise
 
 
@@ -234,7 +234,7 @@ def _commands(machine: Subject, scenario: Scenario) -> list[Channel]:
     for drive in machine.rover.drives:
         own = sorted(((c.time, c.value) for c in scenario.commands if c.drive == drive.name), key=lambda one: one[0])
         times, values = np.array([0.0, *(t for t, _ in own)]), np.array([0.0, *(v for _, v in own)])
-        quantity = QUANTITIES[COMMANDED[drive.mode]]
+        quantity = QUANTITIES[COMMAND_QUANTITIES[drive.mode]]
         channels.append(
             Channel(
                 name=f"{drive.name}_command",

@@ -8,7 +8,7 @@ from typing import Any
 from rille.model.errors import InputRefused, nearest_names
 from rille.model.quantity import to_si, unit_registry
 from rille.model.recording import ANGLES, Channel, Correction, Quantity, find_quantity
-from rille.model.rover import Rover
+from rille.model.rover import COMMAND_QUANTITIES, Rover
 from rille.recording.manifest import ChannelSheet, ManifestSheet
 
 LONGEST_DELAY = 10.0  # [s] a sensor that tells later than this is a log, whose clock is to be shifted
@@ -17,12 +17,13 @@ SAME_NUMBER = {"rad": ("1", "Hz"), "rad/s": ("Hz", "1/s", "Bq")}  # pint takes r
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Targets:
-    """Names in the model. joints : name -> kind. drives : name -> joint that it drives."""
+    """Names in the model. joints : name -> kind. drives : name -> joint that it drives. commands : drive -> quantity that is commanded."""
 
     joints: Mapping[str, str]
     parts: frozenset[str]
     wheels: frozenset[str]
     drives: Mapping[str, str]
+    commands: Mapping[str, str]
 
     def named(self, kind: str) -> frozenset[str]:
         """All names of one kind of target."""
@@ -38,6 +39,7 @@ def targets_of(rover: Rover) -> Targets | None:
         parts=frozenset(body.name for body in rover.bodies),
         wheels=frozenset(wheel.name for wheel in rover.wheels),
         drives={drive.name: drive.joint for drive in rover.drives},
+        commands={drive.name: COMMAND_QUANTITIES[drive.mode] for drive in rover.drives},
     )
 
 

@@ -64,6 +64,8 @@ def draft_manifest(path: Path, manifest: Path, targets: Targets | None = None) -
         channels = _columns(found, clock, split, writer)
     if not writer.guessed:
         lines.append("# no column could be guessed: give at least one of them a quantity, a target and a unit")
+    if left := writer.uncommanded():
+        lines.append(f"# no column was guessed to command {', '.join(left)}: what the scenario commands holds there")
     return Draft(text="\n".join(lines + channels) + "\n", guessed=tuple(writer.guessed), unknown=tuple(writer.unknown))
 
 
@@ -200,6 +202,7 @@ class _Writer:
 
     def channel(self, column: str, guess: Guess, note: str = "", time: str = "") -> list[str]:
         """One table. time : its line about the clock, if that is not the first."""
+        guess = self._taken_by_its_drive(guess)
         lines = ["", "[[channel]]", f"column = {toml_string(column)}"] + ([time] if time else [])
         target, why_target = self._target(guess) if guess.quantity else ("", "")
         if not guess.quantity or not target:
@@ -222,6 +225,26 @@ class _Writer:
         self.seen.setdefault(key, column)
         self.guessed.append(column)
         return lines
+
+    def uncommanded(self) -> list[str]:
+        """Drives of the model that no column commands, as far as was guessed."""
+        commanded = {key[2] for key in self.seen if key[3] == "command"}
+        return [] if self.targets is None else [drive for drive, joint in self.targets.drives.items() if joint not in commanded]
+
+    def _taken_by_its_drive(self, guess: Guess) -> Guess:
+        """A command whose name says no quantity is of the one that its drive takes."""
+        if guess.quantity or guess.role != "command" or self.targets is None:
+            return guess
+        rest = " ".join(guess.rest)
+        drives = self.targets.drives
+        like = {drive: max(_likeness(rest, drive), _likeness(rest, joint)) for drive, joint in drives.items()}
+        drive = max(like, key=lambda name: like[name], default="")
+        if not drive or (like[drive] < 0.5 and len(drives) > 1):
+            return guess
+        quantity = self.targets.commands[drive]
+        unit = guess.unit or QUANTITIES[quantity].units[self.targets.joints[drives[drive]] == "prismatic"]
+        because = f"{guess.because}, and the drive '{drive}' takes {quantity}"
+        return replace(guess, quantity=quantity, unit=unit, rest=tuple(words_of(drives[drive])), because=because)
 
     def _target(self, guess: Guess) -> tuple[str, str]:
         """The thing in the model that the rest of the name may mean, and why."""
@@ -288,7 +311,7 @@ def _topics(found: Survey, writer: _Writer) -> list[str]:
     for topic in found.topics:
         fields: Sequence[tuple[str, float]] = [] if topic.example is None else message_fields(topic)
         guesses = [(field, guess_field(topic.name, topic.kind, field)) for field, _ in fields]
-        known = [(field, guess) for field, guess in guesses if guess.quantity]
+        known = [(field, guess) for field, guess in guesses if guess.quantity or guess.role == "command"]
         if not known:
             told = ", ".join(field for field, _ in fields[:8]) or "no numbers"
             lines += [

@@ -9,7 +9,7 @@ from rille.model.recording import ANGLES
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """quantity "" : unknown. rest : words of the name that say neither quantity, unit nor role: the target is among them."""
+    """quantity "" : unknown, or, of a command, what its drive takes. rest : words of the name that say neither quantity, unit nor role."""
 
     quantity: str = ""
     component: str = ""
@@ -56,6 +56,7 @@ QUANTITY_WORDS = (
     ("joint.position", ("theta",)),
     ("joint.position", ("q",)),
 )
+TRIPLE_WORDS = ("rpy", "euler", "attitude", "orientation", "tilt", "angles")  # of a vector that is roll, pitch, yaw
 COMMAND_WORDS = ("cmd", "command", "commanded", "con", "control", "setpoint", "ref")
 OTHER_WORDS = ("fric", "friction", "pert", "std", "var", "cov", "err", "error", "raw", "count", "status", "min", "max", "limit", "quality")
 WISH_WORDS = ("des", "desired", "goal", "plan", "planned")
@@ -115,6 +116,8 @@ def guess_column(name: str) -> Guess:
             return Guess(because=f"'{word}' says that it is not the quantity itself")
     words = [word for word in words if word not in (*COMMAND_WORDS, "meas", "measured", "act", "actual")]
     quantity, component, used = _meaning(words, unit)
+    if not quantity and role == "command":
+        return Guess(role=role, unit=unit, rest=tuple(words), because=f"no word of its name is a quantity{why_role}")
     if not quantity:
         return Guess(because="no word of its name is a quantity")
     found_unit = unit or ("1" if component in ("w", "x", "y", "z") and quantity == "part.orientation" else SI.get(quantity, "rad"))
@@ -188,7 +191,29 @@ def guess_field(topic: str, kind: str, field: str) -> Guess:
                 rest=rest,
                 because=f"{short} tells {field} in {unit}, {frame} axes",
             )
+    axis = re.search(r"(?:^|\.)vector\.([xyz])$", field) or (short.startswith("Vector3") and re.fullmatch(r"([xyz])", field))
+    if axis:
+        return _vector(topic, axis[1])
     if field == "data":
         found = guess_column(topic.strip("/").replace("/", "_"))
         return replace(found, because=f"{found.because} (name of the topic)")
     return Guess(because=f"{short}.{field} is no field that is known here")
+
+
+def _vector(topic: str, axis: str) -> Guess:
+    """What a number of a bare vector may be: its topic says of what."""
+    words = words_of(topic)
+    for word in words:
+        quantity, component = AXIS_WORDS.get(word, ""), axis
+        if word in TRIPLE_WORDS:
+            quantity, component = "part.orientation", ANGLES["xyz".index(axis)]
+        if (quantity and quantity != "part.orientation") or component in ANGLES:
+            return Guess(
+                quantity=quantity,
+                component=component,
+                unit=SI.get(quantity, "rad"),
+                frame="body" if quantity in BODY else "world",
+                rest=tuple(other for other in words if other != word),
+                because=f"'{word}' of the topic reads as {quantity}.{component}; a vector tells no unit, so SI",
+            )
+    return Guess(because="a vector, and no word of its topic says of what")

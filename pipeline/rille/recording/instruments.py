@@ -11,6 +11,7 @@ from pydantic import Field
 from rille.model import Effect, InputRefused, Rover, Sensor, nearest_names
 from rille.model.quantity import to_si
 from rille.model.recording import ANGLES, AXES, QUANTITIES, Quantity, find_quantity, unit_of
+from rille.model.rover import COMMAND_QUANTITIES
 from rille.model.sheet import Sheet, read_sheet
 from rille.recording.instrument import CommandLog, Instrument, Instruments, Lapses, SampleClock
 
@@ -222,12 +223,11 @@ def _logs(entry: _Command, rover: Rover, clocks: dict[str, SampleClock]) -> list
     names = _targets(entry.drive, list(drives), "drive", label) if drives or entry.drive != "*" else []
     timed = entry.clock is not None or entry.rate is not None
     clock = _find_clock(entry.clock, entry.rate, "commands", clocks, label) if timed else ""
-    word = {"speed": "velocity", "position": "position", "torque": "effort"}
     kinds = {joint.name: joint.kind for joint in rover.joints}
     result = []
     for name in names:
         drive = drives[name]
-        quantity = QUANTITIES[f"joint.{word[drive.mode]}"]
+        quantity = QUANTITIES[COMMAND_QUANTITIES[drive.mode]]
         unit = quantity.units[1 if kinds[drive.joint] == "prismatic" else 0]
         delay = _positive(entry.delay, "s", f"delay of {label}")
         made = CommandLog(

@@ -23,6 +23,7 @@ from rille.model.errors import PhysicsFailed
 from rille.model.hypothesis import Setting
 from rille.model.quaternion import product
 from rille.model.recording import Channel, Recording
+from rille.model.rover import COMMAND_QUANTITIES
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -34,7 +35,6 @@ ENOUGH = 3.0  # [sigma] less separates nothing
 LEAST_NOISE = 1e-9
 # 1 sigma by which a start is not known, as wide as a smoother leaves it [m or rad, m/s or rad/s]
 START = {"position": 3e-3, "velocity": 3e-2}
-QUANTITY_OF_MODE = {"torque": "joint.effort", "speed": "joint.velocity", "position": "joint.position"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,7 +172,7 @@ def _driven(simulator: Any, maneuver: Maneuver) -> Any:
     channels = [
         Channel(
             name=f"command {drive}",
-            quantity=QUANTITY_OF_MODE[modes[drive]],
+            quantity=COMMAND_QUANTITIES[modes[drive]],
             target=drive,
             unit="",
             role="command",
