@@ -204,6 +204,13 @@ def write_crawl(model):
     store.write_scenario(model, Scenario(name="crawl", duration=100000, terrain="plane", placement="on_terrain", commands=crawl))
 
 
+def wait_until_it_runs(model):
+    """Until the solver has opened its run; before that Python still starts."""
+    deadline = time.monotonic() + 60
+    while not store.list_runs(model) and time.monotonic() < deadline:
+        time.sleep(0.1)
+
+
 def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
     """Both rille and the solver get SIGINT, as from a keyboard; the bar is drawn on a terminal."""
     write_crawl(model)
@@ -215,7 +222,7 @@ def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
         [RILLE, "run", str(model), "--scenario", "crawl"], stdout=subprocess.PIPE, stderr=secondary, text=True, start_new_session=True
     )
     os.close(secondary)
-    time.sleep(2.5)
+    wait_until_it_runs(model)
     os.killpg(process.pid, signal.SIGINT)
     output, _ = process.communicate(timeout=60)
     os.close(primary)
@@ -237,9 +244,7 @@ def test_an_interrupt_of_rille_alone_reaches_the_solver(model):
     """As supervisors and the stop buttons of editors send it: not to the group of processes, as a keyboard does."""
     write_crawl(model)
     process = subprocess.Popen([RILLE, "run", str(model), "--scenario", "crawl"], stdout=subprocess.PIPE, text=True, start_new_session=True)
-    deadline = time.monotonic() + 60
-    while not store.list_runs(model) and time.monotonic() < deadline:  # until then Python still starts
-        time.sleep(0.1)
+    wait_until_it_runs(model)
     process.send_signal(signal.SIGINT)
     output, _ = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -39,12 +39,13 @@ def run(
 
     if out is not None:
         database = _copied(database, out)
-    name = scenario
+    name, rover = scenario, store.read_rover(database)
     if scenario is not None and scenario.endswith(".toml"):
-        rover = store.read_rover(database)
         sheet = simulate.read_scenario_file(Path(scenario), rover)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
+    for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)):
+        say(f"warning: {sentence}")
     with progress("simulating") as update:
 
         def tell(time: float, total: float) -> None:
@@ -61,7 +62,7 @@ def run(
                 database, scenario=name, step=step, duration=duration, resume=resume, checkpoint=checkpoint, on_progress=tell
             )
     trace = store.read_trace(database, result.run_id)
-    summary = view.summary(trace, store.read_rover(database))
+    summary = view.summary(trace, rover)
     if as_json:
         facts = {field: getattr(result, field) for field in result.__dataclass_fields__}
         print_json({"database": str(database), **facts, "summary": summary.as_dict()})

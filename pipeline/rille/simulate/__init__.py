@@ -2,6 +2,7 @@
 
 from rille.simulate.bench import BenchResult, bench, bench_at, effect_rows
 from rille.simulate.bench_file import bench_columns, bench_csv_lines, read_bench_csv
+from rille.simulate.reach import beyond_reach
 from rille.simulate.replay import Replayer
 from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file, surface_gravity
@@ -16,6 +17,7 @@ __all__ = [
     "bench_at",
     "bench_columns",
     "bench_csv_lines",
+    "beyond_reach",
     "effect_rows",
     "read_bench_csv",
     "read_scenario_file",
