@@ -5,10 +5,14 @@ import json
 import sqlite3
 from contextlib import closing
 
+import numpy as np
 import pytest
 
 from command import assert_refused, rille
 from rille import store
+from rille.cli.rig import find_wheel
+from rille.model import BenchPoints
+from rille.view.bench_plots import _loads_of
 
 WHEEL = ("--radius", "150 mm", "--width", "165 mm")
 
@@ -79,6 +83,28 @@ def test_measured_points_are_laid_over_and_gravity_makes_kilograms_a_load(tmp_pa
 )
 def test_a_bench_that_cannot_be_is_refused_in_one_sentence(arguments, words):
     assert_refused(rille("bench", *arguments), words)
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ((None, None, None), (0.15, 0.165, 0, 0.0)),
+        (("200 mm", None, None), (0.2, 0.165, 0, 0.0)),
+        ((None, "0.3 m", None), (0.15, 0.3, 0, 0.0)),
+        ((None, None, "12 x 5 mm"), (0.15, 0.165, 12, 0.005)),
+        (("200 mm", "300 mm", "12 x 5 mm"), (0.2, 0.3, 12, 0.005)),
+    ],
+)
+def test_options_change_the_wheel_of_the_model_one_by_one(model, stated, expected):
+    wheel, _ = find_wheel(model, None, *stated)
+    assert (wheel.radius, wheel.width, wheel.grouser_count, wheel.grouser_height) == expected
+
+
+def test_measured_points_of_another_load_have_a_colour_of_their_own():
+    """30.9 N are those of 30 N, which was calculated; 40 and 41 N are one load that was not."""
+    points = BenchPoints.at(np.array([30.9, 41.0, 40.0]), 0.2)
+    assert _loads_of(points, [30.0, 99.0]).tolist() == [30.0, 40.0, 40.0]
+    assert _loads_of(points, []).tolist() == [30.9, 40.0, 40.0]
 
 
 def test_slips_end_at_the_last_or_before_it():

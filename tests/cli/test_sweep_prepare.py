@@ -4,7 +4,7 @@ import pytest
 
 from effect_rigs import EARTH
 from machines import cart
-from rille import store
+from rille import store, terrain
 from rille.cli.sweep_ground import require_sendable, scene_text
 from rille.cli.sweep_prepare import prepare
 from rille.model import InputRefused
@@ -51,6 +51,16 @@ def test_ground_that_cannot_be_is_refused_at_once(study, kind, vary, more, words
         study(kind, vary, **more)
     for word in words:
         assert word in str(caught.value), str(caught.value)
+
+
+def test_ground_that_nobody_drives_on_is_refused(study, tmp_path):
+    """The model has a ground of the scenario's name; what varies is another one."""
+    file = tmp_path / "ground.toml"
+    file.write_text(SCENE.format(kind="plane").replace('"ground"', '"floor"'), encoding="utf-8")
+    store.write_terrain(tmp_path / "model.db", terrain.build(file))
+    (tmp_path / "drive.toml").write_text((tmp_path / "drive.toml").read_text().replace('"ground"', '"floor"'), encoding="utf-8")
+    with pytest.raises(InputRefused, match="stands on 'floor', not on the scene of the study, 'ground'"):
+        study("plane", {"name": "base.slope", "values": [0.0, 0.1]})
 
 
 def test_grounds_come_in_an_order_that_is_none(study):

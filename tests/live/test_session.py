@@ -187,6 +187,9 @@ def test_physics_ends_a_run_with_its_sentence_and_the_session_goes_on(live):
     assert rover.status["message"]
     with pytest.raises(InputRefused, match="the run has ended"):
         rover.start()
+    rover.release()  # who commands is no matter of the run
+    assert rover.status["commander"] is None
+    rover.take()
     run, scenario = rover.status["run_id"], rover.status["scenario"]
     rover.reset()
     rover.step(10)

@@ -151,8 +151,8 @@ def test_a_differential_follows(make_model):
     ("quantity", "target", "values", "words"),
     [
         ("joint.position", "nowhere", [0.0], "does not have"),
-        ("joint.effort", "hinge1", [0.0], "can be read but not set"),
-        ("joint.position", "hinge1", [0.0, 1.0], "has 1 numbers, not 2"),
+        ("joint.effort", "hinge1", [0.0], "cannot be set; what can be set are"),
+        ("joint.position", "hinge1", [0.0, 1.0], "takes 1 number, not 2"),
         ("joint.position", "hinge1", [float("nan")], "cannot be nan"),
         ("part.position", "link1", [0.0, 0.0, 0.0], "the world holds this model"),
     ],

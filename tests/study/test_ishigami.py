@@ -108,6 +108,13 @@ def test_what_is_constant_in_whole_groups_has_no_indices():
     assert why_none(flat, "y") == "constant"
 
 
+def test_what_is_constant_in_few_cases_is_constant():
+    """More of them would change nothing."""
+    table = here(plan("latin_hypercube", 8, angles()))
+    flat = StudyTable(plan=table.plan, values=table.values, outcomes=0 * table.outcomes + 3, status=table.status, reason=table.reason)
+    assert why_none(flat, "y") == "constant"
+
+
 @pytest.mark.parametrize(("design", "samples", "words"), [("latin_hypercube", 64, "65 cases needed"), ("sobol", 4, "8 whole groups")])
 def test_too_few_cases_say_how_many_are_needed(design, samples, words):
     table = here(plan(design, samples, angles()))

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from rille.model.study import StudyTable
-from rille.study import design_cases
+from rille.model.study import Factor, StudyTable
+from rille.study import design_cases, indices, why_none
 from rille.view import study_figures, study_report
 from rille.view.study_words import part_of
 from study.function_studies import angles, plan
@@ -51,9 +51,49 @@ def test_crosses_are_cases_that_failed(tmp_path, monkeypatch, status, crosses):
     figure = drawn[0]
     marks = [line for axis in figure.axes for line in axis.lines if line.get_marker() == "x"]
     assert sum(len(line.get_xdata()) for line in marks) == crosses
-    title = figure.get_suptitle()
+    title = " ".join(figure.get_suptitle().split())  # it may take several lines
     assert ("part of the design (2 of 5 cases)" in title) == (status == "waiting")
     assert ("3 cases that did not go as planned" in title) == (status == "diverged")
+
+
+def levels(*status):
+    """A grid of a logarithmic factor of three values and another of two; y is the first."""
+    factors = (
+        Factor(name="mass", unit="kg", spread="log", low=0.1, high=10.0),
+        Factor(name="g", unit="m/s^2", spread="values", values=(1.6, 9.8)),
+    )
+    asked = plan("grid", 0, factors)
+    values = np.array([(mass, g) for mass in (0.1, 1.0, 10.0) for g in (1.6, 9.8)])
+    return StudyTable(plan=asked, values=values, outcomes=values[:, :1], status=status, reason=("",) * 6)
+
+
+def test_the_map_of_a_grid_has_a_cell_for_every_level(tmp_path, monkeypatch):
+    """Cells stand at the values that were run, whatever lies between; what has no value is told to be grey."""
+    drawn = []
+    canvas = study_figures.empty_canvas
+    monkeypatch.setattr(study_figures, "empty_canvas", lambda *size: drawn.append(canvas(*size)) or drawn[-1])
+    study_figures.draw_study(tmp_path, levels(*["done"] * 5, "diverged"), {}, [])
+    axis = drawn[0].axes[0]
+    assert [label.get_text() for label in axis.get_xticklabels()] == ["0.1", "1", "10"]
+    assert [label.get_text() for label in axis.get_yticklabels()] == ["1.6", "9.8"]
+    (cells,) = axis.collections
+    np.testing.assert_array_equal(np.ma.filled(cells.get_array().reshape(2, 3), np.nan), [[0.1, 1, 10], [0.1, 1, np.nan]])
+    assert axis.get_xlim() == (-0.5, 2.5)
+    assert "grey: no value" in " ".join(drawn[0].get_suptitle().split())
+
+
+def test_what_is_no_share_of_variance_is_not_called_one(tmp_path):
+    """A grid with gaps has PAWN's indices; with three values it has none."""
+    study = levels(*["done"] * 5, "diverged")
+    one = indices(study, "y")
+    assert not one.are_shares
+    assert one.movers(2)[0] == 0
+    text = study_report.write_study_report(tmp_path / "s.html", study, {"y": one}, [], {}, []).read_text(encoding="utf-8")
+    assert "no share of variance)" in text
+    assert "% of its variance" not in text
+    few = levels(*["done"] * 3, *["diverged"] * 3)
+    assert indices(few, "y") is None
+    assert why_none(few, "y") == "4 cases needed"
 
 
 def test_a_page_holds_2000_cases_and_says_so(tmp_path):

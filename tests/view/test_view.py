@@ -21,8 +21,8 @@ from rille.model import (
     Trace,
     WheelTrace,
 )
-from rille.view import render, summary
-from rille.view.compose import mechanism_drawing
+from rille.view import plots, render, summary
+from rille.view.compose import machine_items, mechanism_drawing
 from rille.view.plots import joint_rows
 from rille.view.pose import to_world
 
@@ -219,6 +219,29 @@ def test_a_mechanism_is_seen_from_above_and_whole(axis):
     half = np.tan(np.radians(camera.view_angle) / 2)
     seen = np.array([rays @ right / depth / (half * width / height), rays @ np.cross(toward, right) / depth / half])
     assert np.abs(seen).max() == pytest.approx(0.92, abs=1e-6)  # as near as it can be
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_a_mechanism_is_solid_at_the_time_that_is_shown(share):
+    rover, trace = turning((0.0, 1.0, 0.0))
+    until = trace.until(share * trace.time[-1])
+    solid = [item for item in mechanism_drawing(rover, until).items if item.opacity == 1.0]
+    for item, there in zip(solid, machine_items(rover, trace, len(until.time) - 1), strict=True):
+        np.testing.assert_array_equal(item.vertices, there.vertices)
+
+
+def test_every_joint_of_a_plot_is_in_its_legend(tmp_path, monkeypatch):
+    """Hinges and sliding joints are in different panels; each has a colour and a name of its own."""
+    drawn = []
+    canvas = plots.empty_canvas
+    monkeypatch.setattr(plots, "empty_canvas", lambda *size: drawn.append(canvas(*size)) or drawn[-1])
+    rover, trace = turning((0.0, 1.0, 0.0))
+    rail = Joint(name="rail", kind="prismatic", parent="bar", child="slug", point=(0, 0, 0), axis=(1, 0, 0))
+    traces = (*trace.joints, replace(trace.joints[0], name="rail"))
+    plots.plot_traces(replace(trace, joints=traces), replace(rover, joints=(*rover.joints, rail)), tmp_path / "t.png")
+    (legend,) = drawn[0].legends
+    assert [text.get_text() for text in legend.get_texts()] == ["hinge", "rail"]
+    assert len({line.get_color() for line in legend.get_lines()}) == 2
 
 
 @pytest.mark.parametrize(("effort", "words"), [(1.0, "8.33 W (wheel, driving)"), (-1.0, "8.33 W (wheel, braking)")])

@@ -50,7 +50,7 @@ def bench(
     from rille.model.quantity import angle_with_unit, to_si
 
     require_png(figure)
-    require_place(figure, csv)
+    require_place(figure, csv, reads=[database, measured])
     if save is not None and database is None:
         raise InputRefused("--save needs a database to keep the points in; name one")
     g = simulate.surface_gravity(gravity)
@@ -106,6 +106,8 @@ def bench(
     for file in (figure, csv):
         if file is not None:
             say(f"wrote {file}")
+    if save is not None:
+        say(f"the points are kept as '{save}' in {database} (table bench_point)")
     if failed:
         say(f"rille: {failed} points have no value: the soil did not carry the wheel, or the rig did not settle (column status in --json)")
         return 4

@@ -26,7 +26,7 @@ def inspect(file: File, picture: Picture = None, as_json: Json = False) -> None:
     from rille.cad.suggestion.inspect import inspect as look
 
     require_png(picture)
-    require_place(picture)
+    require_place(picture, reads=[file])
     with progress(f"reading {file.name}") as update:
         assembly = cad.load_assembly(file, progress=lambda what, f: update(what, 0.7 * f))
         report = look(assembly)
@@ -61,7 +61,7 @@ def new(
     if sheet.exists() and not force:
         raise InputRefused(f"the sheet '{sheet}' exists; give another name with -o, or --force to write over it")
     require_png(picture)
-    require_place(sheet, picture)
+    require_place(sheet, picture, reads=[file])
     if file.suffix.lower() == ".urdf":
         _new_for_urdf(file, sheet, as_json)
         return

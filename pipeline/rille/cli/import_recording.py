@@ -38,7 +38,7 @@ def import_recording(
     from rille.recording.manifest import read_manifest
 
     sheets = [read_manifest(path) for path in manifest]
-    require_place(report)
+    require_place(report, reads=manifest)
     made = not output.exists()
     if made:
         store.create(output)

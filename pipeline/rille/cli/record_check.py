@@ -56,8 +56,7 @@ def check(
         print(line if len(recordings) == 1 else f"{line} [{count} of {len(recordings)} recordings]")
     errors = sum(line.startswith("error") for line in seen)
     warnings = sum(line.startswith("warning") for line in seen)
-    say(
-        f"{len(recordings)} recording{'s' if len(recordings) > 1 else ''}: {errors} errors, {warnings} warnings, "
-        f"{len(seen) - errors - warnings} notes"
-    )
+    counts = [(len(recordings), "recording"), (errors, "error"), (warnings, "warning"), (len(seen) - errors - warnings, "note")]
+    first, *others = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts]
+    say(f"{first}: {', '.join(others)}")
     return 0

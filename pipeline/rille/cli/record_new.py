@@ -32,7 +32,7 @@ def new(
     manifest = output or file.with_suffix(".toml")
     if manifest.exists() and not force:
         raise InputRefused(f"the manifest '{manifest}' exists; give another name with -o, or --force to write over it")
-    require_place(manifest)
+    require_place(manifest, reads=[file])
     targets = None if model is None else recording.targets_of(store.read_rover(model))
     draft = draft_manifest(file, manifest, targets)
     try:

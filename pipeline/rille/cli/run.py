@@ -1,5 +1,6 @@
 """``rille run``: simulate."""
 
+import math
 import shutil
 from pathlib import Path
 from typing import Annotated
@@ -32,11 +33,13 @@ def run(
 
     Example: rille run rover.db --resume
 
-    Example: rille run rover.db --hooks examples/live/back_off.py
+    Example: rille run rover.db --hooks examples/live/ease_off.py
     """
     from rille import simulate, store, view
     from rille.model import InputRefused
 
+    if checkpoint is not None and not 0 <= checkpoint < math.inf:
+        raise InputRefused(f"checkpoint is {checkpoint:g} s; it must be 0 (only on Ctrl-C) or more, and finite")
     if out is not None:
         database = _copied(database, out)
     name, rover = scenario, store.read_rover(database)

@@ -129,7 +129,7 @@ def fit(
     from rille.model import BenchPoints, InputRefused, Soil
 
     require_png(figure)
-    require_place(output, figure)
+    require_place(output, figure, reads=[data])
     prior = pick_soil(_known(None), soil)
     wheel = wheel_of(radius, width, grousers)
     rows = simulate.effect_rows([find_effect(text) for text in effect or []], store.effect_kinds())

@@ -2,14 +2,14 @@
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rille.cli.default_verb import RunByDefault
-from rille.cli.places import require_place
+from rille.cli.places import require_folder, require_place
 from rille.cli.talk import Json, print_json, progress, say
 
 if TYPE_CHECKING:
@@ -68,7 +68,8 @@ def run(
 
     sheet = _sheet(source, vary, {"scenario": scenario, "design": design, "samples": samples, "seed": seed})
     path = output or source.with_suffix(".study.db")
-    _require_places(path, figures, parquet)
+    require_folder(path)
+    _require_places(figures, parquet, reads=[source])
     with progress(f"study '{sheet.name}'") as update:
         prepared = prepare(sheet, source.parent if vary is None else Path(), update)
         _require_columns(prepared)
@@ -94,7 +95,7 @@ def show(
 
     Example: rille sweep show examples/sweep/soft_ground.study.db --figures out/soft_ground
     """
-    _require_places(study, figures, parquet)
+    _require_places(figures, parquet)
     _show(study, figures, parquet, as_json)
 
 
@@ -113,11 +114,11 @@ def _sheet(source: Path, vary: list[str] | None, options: dict[str, Any]) -> "St
     return read_study_sheet(source)
 
 
-def _require_places(study: Path, figures: Path | None, parquet: Path | None) -> None:
+def _require_places(figures: Path | None, parquet: Path | None, reads: Iterable[Path] = ()) -> None:
     """Refuse at once what would fail at the end."""
     from rille.model import InputRefused
 
-    require_place(study, parquet)
+    require_place(parquet, reads=reads)
     if figures is not None and figures.exists() and not figures.is_dir():
         raise InputRefused(f"'{figures}' is a file; name a folder for --figures")
 

@@ -2,6 +2,7 @@
 
 import pickle
 import tempfile
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -55,7 +56,7 @@ def prepare(sheet: "StudySheet", folder: Path, update: Callable[[str, float], No
         runner = CaseRunner(model, scenario)
         subject = _subject(model, runner, scenario, scene)
         asked = plan_study(sheet, subject, runner.measures, parts=_parts(model))
-        _require_ground(asked.constants, [c for f in asked.plan.factors for c in f.changes], scenario, model)
+        _require_ground(asked.constants, [c for f in asked.plan.factors for c in f.changes], scenario, scene)
         _require_ends(asked.constants, asked.plan, Path(place), scene)
         plan = replace(asked.plan, model_file=source.name, model=_digest(store.model_digest(model), scene), version=rille.__version__)
         parts: dict[str, Any] = {
@@ -139,8 +140,6 @@ def _parts(model: Path) -> dict[str, list[str]]:
 
 
 def _subject(model: Path, runner: "CaseRunner", scenario: "Scenario", scene: str) -> "Subject":
-    import tomllib
-
     from rille import store
     from rille.study import Subject
 
@@ -168,16 +167,17 @@ def _drivers(scene: dict[str, Any]) -> dict[tuple[str, str], str]:
     return {(name, driver.name): driver.unit for name, landform in placed for driver in landform.drivers}
 
 
-def _require_ground(constants: "tuple[tuple[Change, float], ...]", changes: "list[Change]", scenario: "Scenario", model: Path) -> None:
-    """Refuse to vary ground that the scenario does not stand on."""
-    from rille import store
+def _require_ground(constants: "tuple[tuple[Change, float], ...]", changes: "list[Change]", scenario: "Scenario", scene: str) -> None:
+    """Refuse ground that the scenario does not stand on."""
     from rille.model import InputRefused
 
     varied = [change for change in (*changes, *(change for change, _ in constants)) if change.kind == "ground"]
     if varied and scenario.terrain is None:
         raise InputRefused(f"'{varied[0].name}.{varied[0].number}' varies ground that scenario '{scenario.name}' does not use")
-    if varied and store.read_terrain(model, heights=False).name != scenario.terrain:
-        raise InputRefused(f"scenario '{scenario.name}' stands on '{scenario.terrain}', not on the scene of the study")
+    if scene and scenario.terrain is not None and scenario.terrain != (ground := tomllib.loads(scene)["name"]):
+        raise InputRefused(
+            f"scenario '{scenario.name}' stands on '{scenario.terrain}', not on the scene of the study, '{ground}'; name one ground in both"
+        )
 
 
 def _require_ends(constants: "tuple[tuple[Change, float], ...]", plan: "StudyPlan", folder: Path, scene: str) -> None:

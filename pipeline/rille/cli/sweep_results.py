@@ -70,9 +70,7 @@ def _deviation(values: NDArray[np.float64]) -> float:
 def _strongest(table: StudyTable, outcome: str, one: Indices | None) -> str:
     if one is None:
         return why_none(table, outcome) or "-"
-    share = one.first if one.total is None else one.total
-    order = [k for k in np.argsort(-share)[:STRONGEST] if share[k] > 0.02]
-    return ", ".join(f"{table.plan.factors[k].name} {share[k]:.2f}" for k in order) or "-"
+    return ", ".join(f"{table.plan.factors[k].name} {one.strength[k]:.2f}" for k in one.movers(STRONGEST)) or "-"
 
 
 def json_of(table: StudyTable, results: Mapping[str, Indices | None]) -> dict[str, Any]:

@@ -8,7 +8,25 @@ from typing import TYPE_CHECKING, Any
 
 from rille.live.driving import steer
 from rille.live.hooks import Hooks, Steering
-from rille.live.request import Drive, Load, Malformed, Pause, Place, Request, Reset, Save, Set, Speed, Start, Steer, Step, Stop
+from rille.live.request import (
+    Drive,
+    HandOver,
+    Load,
+    Malformed,
+    Pause,
+    Place,
+    Release,
+    Request,
+    Reset,
+    Save,
+    Set,
+    Speed,
+    Start,
+    Steer,
+    Step,
+    Stop,
+    Take,
+)
 from rille.live.stage import Opened, Stage, SteeredRun
 from rille.model import InputRefused
 
@@ -119,6 +137,8 @@ class Acting:
             case Speed(factor=factor):
                 session.speed = factor
                 session.anchor()
+            case Take() | Release() | HandOver():
+                pass  # the bridge has done it
             case _ if session.state == "ended":
                 return f"the run has ended ({session.outcome}); reset or load a state to begin another"
             case Place():

@@ -15,6 +15,7 @@ ChangeKind = Literal["parameter", "effect", "scenario", "start", "command", "gro
 Reducer = Literal["mean", "max", "min", "final", "rms"]
 Status = Literal["waiting", "done", "stopped", "left_terrain", "wheel_buried", "diverged", "refused", "error", "worker_died"]
 
+CLEARLY = 0.02  # an index below this moves nothing that anybody would see
 WHOLE: tuple[Status, ...] = ("done", "stopped")  # a case that went as its scenario says; its outcomes may be compared with others
 
 
@@ -186,7 +187,8 @@ class Indices:
 
     method : in words. first, first_confidence : (factors,) share that goes with the factor alone, and half its 95 % interval. total,
     total_confidence : with all that it does together with others; None where the method has none. second : (factors, factors) shares
-    that pairs bring beyond both, NaN on and below the diagonal. used, dropped : cases that counted, and that could not.
+    that pairs bring beyond both, NaN on and below the diagonal. used, dropped : cases that counted, and that could not. are_shares :
+    whether these are shares of the variance at all.
     """
 
     outcome: str
@@ -198,6 +200,17 @@ class Indices:
     second: Array | None = None
     used: int
     dropped: int
+    are_shares: bool = True
+
+    @property
+    def strength(self) -> Array:
+        """What a factor does in all, (factors,): with others where the method tells that, else alone."""
+        return self.first if self.total is None else self.total
+
+    def movers(self, most: int) -> list[int]:
+        """The factors that clearly move the outcome, the strongest first."""
+        known = np.nan_to_num(self.strength)
+        return [int(k) for k in np.argsort(-known, kind="stable")[:most] if known[k] > CLEARLY]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -231,7 +231,8 @@ def _broken_rule(table: str, subject: str, row: Mapping[str, object], message: s
     if kind.startswith("NOT NULL"):
         return f"{subject} has no finite value for {rule.removeprefix(table + '.')}; give one"
     if kind.startswith("UNIQUE"):
-        return f"{subject} exists twice in table {table} ({values}); choose another name"
+        mend = "choose another name" if "name" in concerned else "leave one of the two out"
+        return f"{subject} exists twice in table {table} ({values}); {mend}"
     return f"{subject} cannot be stored in table {table}: {message}"
 
 

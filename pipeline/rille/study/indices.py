@@ -41,6 +41,8 @@ def why_none(table: StudyTable, outcome: str) -> str:
     """In a few words why an outcome has no indices."""
     y = table.outcome(outcome)
     known, design = int(np.isfinite(y).sum()), table.plan.design
+    if known > 1 and _is_constant(y[np.isfinite(y)]):
+        return "constant"
     used = int(_whole_groups(table.plan, y).sum()) if design == "sobol" else known
     if used < FEWEST[design]:
         return f"{FEWEST[design]} whole groups of cases needed" if design == "sobol" else f"{FEWEST[design]} cases needed"
@@ -109,7 +111,7 @@ def _rbd_fast(table: StudyTable, outcome: str, y: Array) -> Indices | None:
 
 
 def _grid(table: StudyTable, outcome: str, y: Array) -> Indices | None:
-    if len(y) < FEWEST["grid"]:
+    if np.isfinite(y).sum() < FEWEST["grid"]:
         return None
     if not np.isfinite(y).all():
         return _pawn(table, outcome, y)
@@ -142,4 +144,5 @@ def _pawn(table: StudyTable, outcome: str, y: Array) -> Indices | None:
         first_confidence=None,
         used=int(known.sum()),
         dropped=int((~known).sum()),
+        are_shares=False,
     )

@@ -4,17 +4,20 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rille.model import BenchPoints
 from rille.view.plots import COLORS, empty_canvas
 
+Array = NDArray[np.float64]
 STYLES = ("-", "--", "-.", ":")
+SAME_LOAD = 0.1  # share by which a bench misses its load
 
 
 def plot_bench(
     curves: Sequence[tuple[str, BenchPoints]], path: Path, measured: BenchPoints | None = None, title: str = "", dots: str = "measured"
 ) -> None:
-    """Lines of calculated series, one colour a load, one line style a series; ``measured`` as dots in the colour of the nearest load.
+    """Lines of calculated series, one colour a load, one line style a series; ``measured`` as dots in the colour of their load.
 
     Panels: drawbar pull per load, side force per load (where there is any), drive torque, sinkage; those without a number are left out.
     dots : what the dots are, for the legend.
@@ -28,7 +31,9 @@ def plot_bench(
     panels.append(("sinkage [mm]", lambda p: 1e3 * p.sinkage))
     figure = empty_canvas(4.4 * len(panels), 4.6)
     axes = figure.subplots(1, len(panels), squeeze=False)[0]
-    colors = {load: COLORS[k % len(COLORS)] for k, load in enumerate(loads)}
+    at = _loads_of(measured, loads) if measured is not None else np.empty(0)  # of measured points
+    every = [*loads, *(float(load) for load in np.unique(at) if load not in loads)]
+    colors = {load: COLORS[k % len(COLORS)] for k, load in enumerate(every)}
     for axis, (label, value) in zip(axes, panels, strict=True):
         for k, (_, points) in enumerate(curves):
             for load in loads:
@@ -36,9 +41,8 @@ def plot_bench(
                 order = np.argsort(chosen.slip_ratio)
                 axis.plot(chosen.slip_ratio[order], value(chosen)[order], STYLES[k % len(STYLES)], color=colors[load], linewidth=1.5)
         if measured is not None:
-            nearest = [min(loads, key=lambda load: abs(load - v)) for v in measured.load] if loads else []
-            for load in loads:
-                chosen = measured.where(np.array([n == load for n in nearest], dtype=bool))
+            for load in np.unique(at):
+                chosen = measured.where(at == load)
                 axis.plot(
                     chosen.slip_ratio, value(chosen), "o", color=colors[load], markersize=4, markerfacecolor="none", markeredgewidth=1.0
                 )
@@ -49,7 +53,7 @@ def plot_bench(
         axis.spines[["top", "right"]].set_visible(False)
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], color=colors[load], linewidth=3, label=f"{load:.3g} N") for load in loads]
+    handles = [Line2D([], [], color=colors[load], linewidth=3, label=f"{load:.3g} N") for load in every]
     handles += [Line2D([], [], color="#333333", linestyle=STYLES[k % len(STYLES)], label=name) for k, (name, _) in enumerate(curves)]
     if measured is not None:
         handles.append(Line2D([], [], color="#333333", marker="o", markerfacecolor="none", linestyle="", label=dots))
@@ -57,3 +61,16 @@ def plot_bench(
     if title:
         figure.suptitle(title, fontsize=11, x=0.01, ha="left")
     figure.savefig(path)
+
+
+def _loads_of(points: BenchPoints, loads: Sequence[float]) -> Array:
+    """The load (n,) [N] that each point belongs to: the nearest of those given, or of smaller ones that were measured, within 10 %."""
+    known = list(loads)
+    found = np.empty(len(points))
+    for k in np.argsort(points.load):
+        own = float(points.load[k])
+        nearest = min(known, key=lambda load: abs(load - own), default=np.inf)
+        if not abs(nearest - own) <= SAME_LOAD * own:
+            known.append(nearest := own)
+        found[k] = nearest
+    return found

@@ -1,5 +1,7 @@
 """What is in the 3-D pictures, and where the camera stands."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,8 @@ Array = NDArray[np.float64]
 
 PAGE = (1600, 1000)
 """Width and height of a picture of a mechanism [pixel]."""
+GHOSTS = 5
+"""How many earlier states such a picture shows."""
 FILLED = 0.92
 """How much of the page, either way, such a picture may fill."""
 
@@ -137,12 +141,13 @@ def traverse_drawings(rover: Rover, trace: Trace, terrain: Terrain) -> dict[str,
 
 
 def mechanism_drawing(rover: Rover, trace: Trace) -> Drawing:
-    """A machine without ground: solid at the start, fading ghosts at later times, seen square to the plane that it moves in."""
-    n = len(trace.time)
-    shown = np.unique(np.linspace(0, max(1, n // 8), 6).astype(int).clip(0, n - 1))  # the first eighth: later ghosts would hide each other
-    items = []
-    for k, index in enumerate(shown):
-        items += machine_items(rover, trace, int(index), opacity=1.0 if k == 0 else max(0.15, 0.6 - 0.09 * k))
+    """A machine without ground: solid at the end of the trace, behind it fading ghosts of the way there, seen square to the plane that it
+    moves in.
+    """
+    items = machine_items(rover, trace, len(trace.time) - 1)
+    size = float(np.linalg.norm(np.ptp(np.concatenate([item.vertices for item in items]), axis=0)))
+    for k, index in enumerate(_way_here(rover, trace, size), start=1):
+        items += machine_items(rover, trace, index, opacity=max(0.15, 0.6 - 0.09 * k))
     cloud = np.concatenate([item.vertices for item in items])
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
     moved = np.concatenate([body.position - body.position.mean(axis=0) for body in trace.bodies])
@@ -159,6 +164,24 @@ def mechanism_drawing(rover: Rover, trace: Trace) -> Drawing:
         background=("#eef1f5", "#ffffff"),
         sun=tuple(map(float, sun / np.linalg.norm(sun))),  # type: ignore[arg-type]
     )
+
+
+def _way_here(rover: Rover, trace: Trace, size: float) -> list[int]:
+    """Stored states before the last one, the nearest first, equally apart along the way that the machine took to where it is.
+
+    The way of a step is the largest of any body: by which it moves, and by which it turns its farthest point. It is followed back for half
+    of ``size`` [m]: further back, ghosts would hide each other.
+    """
+    steps = np.zeros(len(trace.time) - 1)
+    for body in trace.bodies:
+        turned = 2 * np.arccos(np.minimum(np.abs((body.rotation[1:] * body.rotation[:-1]).sum(axis=1)), 1.0))
+        own = machine_items(replace(rover, instances=tuple(i for i in rover.instances if i.body == body.name)), trace, -1)
+        radius = max((float(np.linalg.norm(item.vertices - body.position[-1], axis=1).max()) for item in own), default=0.0)
+        steps = np.maximum(steps, np.linalg.norm(np.diff(body.position, axis=0), axis=1) + radius * turned)
+    back = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])  # from a stored state to the last one
+    far = min(size / 2, float(back[0]))
+    wanted = [int(np.argmin(np.abs(back - k * far / GHOSTS))) for k in range(1, GHOSTS + 1)]
+    return [index for index in dict.fromkeys(wanted) if back[index] > 1e-3 * size]
 
 
 def _fitted(cloud: Array, focus: Array, toward: Array, view_angle: float) -> Camera:

@@ -28,26 +28,26 @@ def plot_traces(trace: Trace, rover: Rover, path: Path) -> None:
     rows = _wheel_rows(trace) if trace.wheels else joint_rows(trace, rover)
     figure = empty_canvas(11, 1.0 + 1.9 * len(rows))
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+    names = list(dict.fromkeys(name for _, series in rows for name, _ in series))
     for axis, (label, series) in zip(axes, rows, strict=True):
-        for k, (name, values) in enumerate(series):
+        for name, values in series:
             style = "--" if "right" in name else "-"
-            color = COLORS[(k if "right" not in name else _twin(series, k)) % len(COLORS)]
+            color = COLORS[names.index(_twin(names, name)) % len(COLORS)]
             axis.plot(trace.time, values, style, color=color, linewidth=1.1, label=name)
         axis.set_ylabel(label)
         axis.grid(alpha=0.3, linewidth=0.5)
         axis.spines[["top", "right"]].set_visible(False)
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(trace.time[0], max(trace.time[-1], trace.time[0] + 1e-9))
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(6, len(labels)), frameon=False, fontsize=9)
+    lines = {label: line for axis in axes for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(lines.values(), lines, loc="outside upper center", ncols=min(6, len(lines)), frameon=False, fontsize=9)
     figure.savefig(path)
 
 
-def _twin(series: list, k: int) -> int:
-    """Index of the left twin of a right wheel, so that both share a colour."""
-    names = [name for name, _ in series]
-    twin = names[k].replace("right", "left")
-    return names.index(twin) if twin in names else k
+def _twin(names: list[str], name: str) -> str:
+    """The left twin of a right wheel, so that both share a colour; without one, itself."""
+    twin = name.replace("right", "left")
+    return twin if twin in names else name
 
 
 def _wheel_rows(trace: Trace) -> list:

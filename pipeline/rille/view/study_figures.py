@@ -1,5 +1,6 @@
 """Figures of a study: which factor moves what, maps over two factors, outcomes against every factor, envelopes over time."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,14 @@ Array = NDArray[np.float64]
 MOST_OUTCOMES = 6
 MOST_FACTORS = 8
 BINS = 8  # of the running median
+LETTERS = 11.5  # of a title, per inch
+MOST_TICKS = 8  # of the map of a grid
+FEW_CASES = 20  # with fewer, percentiles lie between cases
+DOTS = (  # how cases are drawn while they are fewer than so many
+    (100, {"markersize": 6.0, "alpha": 0.8}),
+    (1000, {"markersize": 4.0, "alpha": 0.5}),
+    (np.inf, {"markersize": 2.2, "alpha": 0.35}),
+)
 
 
 def draw_study(folder: Path, table: StudyTable, results: Mapping[str, Indices | None], envelopes: Sequence[Bands]) -> list[Path]:
@@ -40,6 +49,23 @@ def _name(table: StudyTable) -> str:
     """The study's name, as the beginning of a title."""
     part = part_of(table)
     return f"{table.plan.name}, {part}" if part else table.plan.name
+
+
+def _entitle(figure: Any, text: str) -> None:
+    """The title, in as many lines as the figure's width asks for."""
+    lines = textwrap.wrap(text, int(LETTERS * figure.get_figwidth()), break_long_words=True)
+    figure.suptitle("\n".join(lines), fontsize=11, x=0.01, ha="left")
+
+
+def _logarithmic(axis: Any, which: str) -> None:
+    """A logarithmic axis "x" or "y" whose numbers are read as they stand: 0.1, 0.2, 0.5, 1."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set(**{f"{which}scale": "log"})
+    one = getattr(axis, f"{which}axis")
+    one.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    one.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    one.set_minor_formatter(NullFormatter())
 
 
 def _plain(axis: Any) -> None:
@@ -75,13 +101,13 @@ def _indices(path: Path, table: StudyTable, shown: Sequence[Measure], results: M
     axes[0, 0].invert_yaxis()
     left, right = axes[0, 0].get_xlim()
     axes[0, 0].set_xlim(max(-0.2, min(-0.02, left)), min(1.15, max(1.0, right)))
-    method = next(one.method for m in shown if (one := results[m.name]) is not None)
-    figure.supxlabel("share of the variance" if "PAWN" not in method else "index", fontsize=9.5)
+    first = next(one for m in shown if (one := results[m.name]) is not None)
+    figure.supxlabel("share of the variance" if first.are_shares else "index", fontsize=9.5)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     if len(labels) > 1:
-        figure.legend(handles, labels, loc="outside upper right", ncols=2, frameon=False, fontsize=9)
-    bars = "; bars: 95 %" if results[shown[0].name].first_confidence is not None else ""  # type: ignore[union-attr]
-    figure.suptitle(f"{_name(table)}: {method}{bars}", fontsize=11, x=0.01, ha="left")
+        figure.legend(handles, labels, loc="outside lower right", ncols=2, frameon=False, fontsize=9)
+    bars = "; bars: 95 %" if first.first_confidence is not None else ""
+    _entitle(figure, f"{_name(table)}: {first.method}{bars}")
     figure.savefig(path)
     return path
 
@@ -104,24 +130,27 @@ def _maps(path: Path, table: StudyTable, shown: Sequence[Measure], results: Mapp
             known = np.isfinite(z)
             drawn = axis.scatter(x[known], y[known], c=z[known], s=20, cmap="viridis", linewidths=0)
             axis.plot(x[out], y[out], "x", color="#c1121f", markersize=4, markeredgewidth=0.9)
-        for k, which in ((i, axis.set_xscale), (j, axis.set_yscale)):
-            if table.plan.factors[k].spread == "log":
-                which("log")
+            for k, which in ((i, "x"), (j, "y")):
+                if table.plan.factors[k].spread == "log":
+                    _logarithmic(axis, which)
         axis.set_xlabel(x_title, fontsize=9)
         axis.set_ylabel(y_title, fontsize=9)
         axis.set_title(title, fontsize=10, loc="left")
         axis.tick_params(labelsize=8)
         axis.spines[["top", "right"]].set_visible(False)
         figure.colorbar(drawn, ax=axis, aspect=30).ax.tick_params(labelsize=8)
-    over = "the two factors that move it most" + ("; means over the others" if table.plan.design == "grid" else "")
-    crosses = f"; {out.sum()} cases that did not go as planned: x" if out.any() and table.plan.design != "grid" else ""
-    figure.suptitle(f"{_name(table)}: outcomes over {over}{crosses}", fontsize=11, x=0.01, ha="left")
+    over = "the two factors that move it most"
+    if table.plan.design == "grid":
+        over += ("; means over the others" if len(table.plan.factors) > 2 else "") + ("; grey: no value" if out.any() else "")
+    elif out.any():
+        over += f"; {out.sum()} case{'s' if out.sum() > 1 else ''} that did not go as planned: x"
+    _entitle(figure, f"{_name(table)}: each outcome over {over}")
     figure.savefig(path)
     return path
 
 
 def _heat(axis: Any, x: Array, y: Array, z: Array) -> Any:
-    """Means of z over the cells of a grid."""
+    """Means of z over the cells of a grid: one as large as the other, at the values that were run."""
     across, at_x = np.unique(x, return_inverse=True)
     up, at_y = np.unique(y, return_inverse=True)
     total, count = np.zeros((len(up), len(across))), np.zeros((len(up), len(across)))
@@ -130,7 +159,10 @@ def _heat(axis: Any, x: Array, y: Array, z: Array) -> Any:
     np.add.at(count, (at_y[known], at_x[known]), 1)
     mean = np.ma.masked_invalid(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
     axis.set_facecolor("#e5e5e5")
-    return axis.pcolormesh(across, up, mean, cmap="viridis", shading="nearest")
+    for levels, which in ((across, axis.set_xticks), (up, axis.set_yticks)):
+        shown = np.arange(0, len(levels), -(-len(levels) // MOST_TICKS))
+        which(shown, [f"{levels[k]:.4g}" for k in shown])
+    return axis.pcolormesh(np.arange(len(across)), np.arange(len(up)), mean, cmap="viridis", shading="nearest")
 
 
 def _effects(path: Path, table: StudyTable, shown: Sequence[Measure], order: Sequence[int]) -> Path:
@@ -141,21 +173,22 @@ def _effects(path: Path, table: StudyTable, shown: Sequence[Measure], order: Seq
     for r, measure in enumerate(shown):
         z, title = outcome_axis(table, measure)
         known = np.isfinite(z)
+        dots = next(style for fewer, style in DOTS if known.sum() < fewer)
         for c, k in enumerate(order):
             axis = axes[r, c]
             x, x_title = factor_axis(table, k)
-            axis.plot(x[known], z[known], ".", color=COLORS[0], markersize=2.2, alpha=0.35, markeredgewidth=0)
+            axis.plot(x[known], z[known], ".", color=COLORS[0], markeredgewidth=0, **dots)
             middle, low, median, high = _running(x[known], z[known])
             axis.fill_between(middle, low, high, color=COLORS[1], alpha=0.25, linewidth=0)
             axis.plot(middle, median, color=COLORS[1], linewidth=1.6)
             if table.plan.factors[k].spread == "log":
-                axis.set_xscale("log")
+                _logarithmic(axis, "x")
             _plain(axis)
             axis.tick_params(labelsize=7.5)
             if r == rows - 1:
                 axis.set_xlabel(x_title.replace(" (", "\n("), fontsize=8.5)
         axes[r, 0].set_ylabel(title.replace(" [", "\n["), fontsize=8.5)
-    figure.suptitle(f"{_name(table)}: every case; median and middle half along each factor", fontsize=11, x=0.01, ha="left")
+    _entitle(figure, f"{_name(table)}: every case; median and middle half along each factor")
     figure.savefig(path)
     return path
 
@@ -181,8 +214,18 @@ def _envelopes(path: Path, table: StudyTable, envelopes: Sequence[Bands]) -> Pat
     for axis, one in zip(axes, envelopes, strict=True):
         by, unit = scale(one.channel.unit, float(np.nanmax(np.abs(one.values))))
         low, lower, median, upper, high = by * one.values
-        axis.fill_between(one.time, low, high, color=COLORS[0], alpha=0.18, linewidth=0, label="9 of 10 cases")
-        axis.fill_between(one.time, lower, upper, color=COLORS[0], alpha=0.35, linewidth=0, label="half of them")
+        axis.fill_between(
+            one.time, low, high, color=COLORS[0], alpha=0.18, linewidth=0, label="9 of 10 cases" if one.cases >= FEW_CASES else "5 to 95 %"
+        )
+        axis.fill_between(
+            one.time,
+            lower,
+            upper,
+            color=COLORS[0],
+            alpha=0.35,
+            linewidth=0,
+            label="half of them" if one.cases >= FEW_CASES else "25 to 75 %",
+        )
         axis.plot(one.time, median, color=COLORS[0], linewidth=1.6, label="median")
         axis.set_ylabel(unit if unit != "-" else "")
         axis.set_title(label(one.channel.name), fontsize=10, loc="left")
@@ -190,7 +233,7 @@ def _envelopes(path: Path, table: StudyTable, envelopes: Sequence[Bands]) -> Pat
     axes[-1].set_xlabel("time [s]")
     axes[-1].set_xlim(envelopes[0].time[0], envelopes[0].time[-1])
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper right", ncols=3, frameon=False, fontsize=9)
-    figure.suptitle(f"{_name(table)}: {envelopes[0].cases} cases over time", fontsize=11, x=0.01, ha="left")
+    figure.legend(handles, labels, loc="outside lower right", ncols=3, frameon=False, fontsize=9)
+    _entitle(figure, f"{_name(table)}: {envelopes[0].cases} cases over time")
     figure.savefig(path)
     return path

@@ -50,9 +50,7 @@ def write_study_report(
         Page(
             title=f"Study {plan.name}",
             subtitle=f"{len(study.status)} cases of {plan.model_file} in which {len(plan.factors)} factors vary",
-            verdict=(f"All of this is {part}. " if part else "")
-            + f"{whole} of {run} cases went as planned."
-            + (f" {_verdict(study, results)}" if any(one is not None for one in results.values()) else ""),
+            verdict=(f"All of this is {part}. " if part else "") + f"{whole} of {run} cases went as planned." + _verdict(study, results),
             tone="notice" if out.any() or part else "good",
             facts={
                 "design": plan.design.replace("_", " ") + (f", {plan.samples} base samples" if plan.samples else ""),
@@ -67,11 +65,16 @@ def write_study_report(
 
 
 def _verdict(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
-    """The first outcome that something moves, and what moves it."""
-    name, one = next((name, one) for name, one in results.items() if one is not None)
-    best = strongest(one, 1, [])[0]
-    share = (one.first if one.total is None else one.total)[best]
-    return f"{label(name).capitalize()} is moved most by {label(study.plan.factors[best].name)} ({100 * share:.0f} % of its variance)."
+    """The first outcome that something moves, and what moves it; nothing where nothing does."""
+    for name, one in results.items():
+        for best in one.movers(1) if one is not None else []:
+            much = (
+                f"{100 * one.strength[best]:.0f} % of its variance"
+                if one.are_shares
+                else f"index {one.strength[best]:.2f}, no share of variance"
+            )
+            return f" {label(name).capitalize()} is moved most by {label(study.plan.factors[best].name)} ({much})."
+    return ""
 
 
 def _outcomes(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
@@ -87,7 +90,7 @@ def _outcomes(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
         low, median, high = np.quantile(values, [0.05, 0.5, 0.95])
         numbers = (low, median, values.mean(), high, values.std(ddof=1) if len(values) > 1 else 0.0)
         one = results.get(measure.name)
-        by = ", ".join(label(study.plan.factors[k].name) for k in strongest(one, 2, [])) if one is not None else ""
+        by = ", ".join(label(study.plan.factors[k].name) for k in one.movers(2)) if one is not None else ""
         unit = title.rpartition("[")[2].rstrip("]") if "[" in title else ""
         name = Cell(text=label(measure.name), hint=measure.meaning)
         lines.append([name, unit, *(Cell(text=number(float(v)), value=float(v)) for v in numbers), by])
@@ -117,7 +120,7 @@ def _sensitivity(study: StudyTable, results: Mapping[str, Indices | None]) -> li
         left_out = f", {one.dropped} cases left out" if one.dropped else ""
         layout = {
             "barmode": "group",
-            "xaxis": {"title": {"text": "share of the variance" if "PAWN" not in one.method else "index"}},
+            "xaxis": {"title": {"text": "share of the variance" if one.are_shares else "index"}},
             "yaxis": {"autorange": "reversed", "automargin": True},
             "legend": {"traceorder": "reversed"},
         }

@@ -82,7 +82,7 @@ def outcome_axis(table: StudyTable, measure: Measure) -> tuple[Array, str]:
 
 def order_of(table: StudyTable, results: Mapping[str, Indices | None]) -> list[int]:
     """Factors, the one that moves most of any outcome first."""
-    shares = [one.first if one.total is None else one.total for one in results.values() if one is not None]
+    shares = [one.strength for one in results.values() if one is not None]
     if not shares:
         return list(range(len(table.plan.factors)))
     return np.argsort(-np.nan_to_num(np.max(shares, axis=0)), kind="stable").tolist()
@@ -92,8 +92,7 @@ def strongest(one: Indices | None, count: int, order: Sequence[int]) -> list[int
     """The factors that move an outcome most; those of ``order`` where that is not known."""
     if one is None:
         return list(order[:count])
-    share = one.first if one.total is None else one.total
-    return np.argsort(-np.nan_to_num(share), kind="stable")[:count].tolist()
+    return np.argsort(-np.nan_to_num(one.strength), kind="stable")[:count].tolist()
 
 
 def part_of(table: StudyTable) -> str:

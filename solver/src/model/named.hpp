@@ -19,7 +19,7 @@ int find_named(const Items& items, const std::string& name, const std::string& w
     if (items[k].name == name) return static_cast<int>(k);
     names.push_back(items[k].name);
   }
-  throw InputRefused(fmt::format("{} '{}', which the model does not have; it has {}", whose, name, fmt::join(names, ", ")));
+  throw InputRefused(fmt::format("{} '{}', which the model does not have; it has {}", whose, name, names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
 }
 
 }  // namespace rille

@@ -90,7 +90,7 @@ RecordedRun::RecordedRun(const RunOptions& options)
   Scenario& scenario = model.scenario;
   require_step(scenario.step);
   if (!(scenario.duration > 0 && std::isfinite(scenario.duration)))
-    throw InputRefused(fmt::format("duration is {:g} s; it must be above 0", scenario.duration));
+    throw InputRefused(fmt::format("duration is {:g} s; it must be above 0 and finite", scenario.duration));
   if (!options.endless && scenario.duration / scenario.step > 1e12)
     throw InputRefused(fmt::format("duration is {:g} s, more than 1e12 steps of {:g} s; shorten it", scenario.duration, scenario.step));
   scenario.output_interval = std::max(scenario.output_interval, scenario.step);

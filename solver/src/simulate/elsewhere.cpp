@@ -147,10 +147,10 @@ void require_change(const Rover& rover, bool held_by_world, const StateChange& c
   const std::string who = fmt::format("{} of '{}'", change.quantity, change.target);
   const std::size_t numbers = numbers_of(change.quantity);
   if (numbers == 0)
-    throw InputRefused(fmt::format("{} can be read but not set; what can be set are joint.position, joint.velocity, part.position, part.orientation, "
+    throw InputRefused(fmt::format("{} cannot be set; what can be set are joint.position, joint.velocity, part.position, part.orientation, "
                                    "part.linear_velocity and part.angular_velocity", who));
   if (change.values.size() != numbers)
-    throw InputRefused(fmt::format("{} has {} numbers, not {}; give all of them", who, numbers, change.values.size()));
+    throw InputRefused(fmt::format("{} takes {} number{}, not {}; give as many", who, numbers, numbers == 1 ? "" : "s", change.values.size()));
   for (const double value : change.values)
     if (!(std::abs(value) <= kLongest)) throw InputRefused(fmt::format("{} cannot be {:g}; it must be within +-{:g}", who, value, kLongest));
   if (of_joint(change)) {
