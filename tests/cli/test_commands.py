@@ -231,6 +231,20 @@ def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):
     assert store.read_trace(model).status == "interrupted"
 
 
+def test_a_scenario_that_cannot_be_run_is_not_kept(model, tmp_path):
+    """Neither as a scenario nor as a run that goes on for ever."""
+    before = store.scenario_names(model)
+    runs = len(store.list_runs(model))
+    sheet = tmp_path / "odd.toml"
+    body = store.read_rover(model).bodies[0].name
+    change = f'[[state_change]]\ntime = 0.1\nquantity = "part.position"\ntarget = "{body}"\nvalues = [1.0, 2.0]\n'
+    sheet.write_text(f'name = "odd"\nduration = "0.2 s"\nterrain = "plane"\n{change}')
+    assert_refused(rille("run", model, "--scenario", sheet), "takes 3 numbers, not 2")
+    assert store.scenario_names(model) == before
+    assert len(store.list_runs(model)) == runs
+    assert store.check(model) == []
+
+
 def test_numbers_that_end_before_the_run_are_told(model):
     """States are stored every 99 s of a run of 0.2 s: only the first one is."""
     store.write_scenario(model, Scenario(name="sparse", duration=0.2, output_interval=99.0, terrain="plane", placement="on_terrain"))

@@ -11,10 +11,12 @@ from machines import cart
 from recording_files import drive, write_bag, write_mcap
 from recording_import import CHANNELS, load, manifest
 from rille import store
+from rille.cli.record_check import check
 from rille.model import InputRefused
 from rille.model.recording import Channel, Correction
 from rille.recording import importing
 from rille.recording.corrections import correct
+from rille.recording.gate import gate
 from rille.recording.spool import Spool
 
 
@@ -59,6 +61,20 @@ scale = "0.095 N m/A"
     assert angle.noise == pytest.approx(math.radians(0.5))
     assert [(c.kind, c.channel) for c in recording.corrections] == [("scale", "q"), ("scale", "i")]
     assert done.samples == 2000
+
+
+def test_what_the_manifest_accepts_stays_accepted(tmp_path, capsys):
+    """Missing values are an error unless the manifest accepts them; a later check is told of the same manifest."""
+    data = smooth()
+    data["q"][300:320] = np.nan
+    table(tmp_path, data)
+    channels = CHANNELS.replace('target = "knee"\nunit = "rad"\n', 'target = "knee"\nunit = "rad"\nmissing = "accept"\n')
+    load(manifest(tmp_path, "d.parquet", channels=channels), tmp_path / "m.db", gate=gate)
+    before = store.read_recording(tmp_path / "m.db", "drive").findings
+    assert "the manifest accepts it" in next(f.message for f in before if f.code == "missing")
+    check(tmp_path / "m.db")
+    assert store.read_recording(tmp_path / "m.db", "drive").findings == before
+    assert "error" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "folder"])

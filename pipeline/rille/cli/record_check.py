@@ -25,6 +25,7 @@ def check(
     Example: rille record check rover.db drive -o gate.html
     """
     from rille import store
+    from rille.recording.acceptance import acceptance_in
     from rille.recording.gate import gate
 
     chosen = chosen_recordings(store.recording_names(database), names, database)
@@ -37,8 +38,9 @@ def check(
         for j, of in enumerate(groups.values()):
             shares = gate([recordings[k] for k in of], lambda what, done, j=j: update(what, (j + done) / len(groups)), load=load)
             for k, findings in zip(of, shares, strict=True):
-                recordings[k] = replace(recordings[k], findings=findings)
-                store.write_findings(database, recordings[k].name, findings)
+                told = acceptance_in(recordings[k].manifest).told(findings)
+                recordings[k] = replace(recordings[k], findings=told)
+                store.write_findings(database, recordings[k].name, told)
     if output is not None:
         from rille.view.gate_report import write_gate_report
 

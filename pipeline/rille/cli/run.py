@@ -42,28 +42,34 @@ def run(
         raise InputRefused(f"checkpoint is {checkpoint:g} s; it must be 0 (only on Ctrl-C) or more, and finite")
     if out is not None:
         database = _copied(database, out)
-    name, rover = scenario, store.read_rover(database)
+    name, rover, new = scenario, store.read_rover(database), False
     if scenario is not None and scenario.endswith(".toml"):
         sheet = simulate.read_scenario_file(Path(scenario), rover)
+        new = sheet.name not in store.scenario_names(database)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
     for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)):
         say(f"warning: {sentence}")
-    with progress("simulating") as update:
+    try:
+        with progress("simulating") as update:
 
-        def tell(time: float, total: float) -> None:
-            update(f"t = {time:.1f} s of {total:g} s", time / total)
+            def tell(time: float, total: float) -> None:
+                update(f"t = {time:.1f} s of {total:g} s", time / total)
 
-        if hooks is not None:
-            if resume or checkpoint is not None:
-                raise InputRefused(
-                    "what hooks remember is not kept, so --hooks goes neither with --checkpoint nor with --resume; leave one out"
+            if hooks is not None:
+                if resume or checkpoint is not None:
+                    raise InputRefused(
+                        "what hooks remember is not kept, so --hooks goes neither with --checkpoint nor with --resume; leave one out"
+                    )
+                result = hooked_run(database, hooks, scenario=name, step=step, duration=duration, on_progress=tell)
+            else:
+                result = simulate.run(
+                    database, scenario=name, step=step, duration=duration, resume=resume, checkpoint=checkpoint, on_progress=tell
                 )
-            result = hooked_run(database, hooks, scenario=name, step=step, duration=duration, on_progress=tell)
-        else:
-            result = simulate.run(
-                database, scenario=name, step=step, duration=duration, resume=resume, checkpoint=checkpoint, on_progress=tell
-            )
+    except InputRefused:
+        if new and name is not None:
+            store.remove_scenario(database, name)  # what cannot be run is no scenario of the model
+        raise
     trace = store.read_trace(database, result.run_id)
     summary = view.summary(trace, rover)
     if as_json:

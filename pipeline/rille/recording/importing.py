@@ -10,6 +10,7 @@ import numpy as np
 
 from rille.model.errors import InputRefused, nearest_names
 from rille.model.recording import Array, Channel, Correction, GateFinding, Recording
+from rille.recording.acceptance import Acceptance, acceptance
 from rille.recording.columns import Column, Targets, on_clock, plan_columns, scale_steps
 from rille.recording.corrections import WHOLE, Values, correct
 from rille.recording.digest import digest_of
@@ -155,12 +156,13 @@ def import_recording(
             few = sum(sum(b.seen.values()) * len(columns) for b in built) <= MANY
             examined = [reader.described(b, samples=few) for b in built]
             findings = gate(examined, lambda what, part: on_progress(what, 0.7 + 0.25 * part), load=None if few else reader.load)
-            told = [replace(b.recording, findings=tuple(f)) for b, f in zip(built, findings, strict=True)]
-            refusal = _refusal(manifest, columns, told)
+            accepted = acceptance(manifest.sheet, columns)
+            told = [replace(b.recording, findings=accepted.told(f)) for b, f in zip(built, findings, strict=True)]
+            refusal = _refusal(accepted, told)
             if refusal is not None:
                 on_refused(told, reader.load)
                 raise refusal
-            findings = [[_accepted(f) if f.severity == "error" else f for f in recording.findings] for recording in told]
+            findings = [recording.findings for recording in told]
         imported = []
         for k, (building, found) in enumerate(zip(built, findings, strict=True)):
             on_progress("storing", 0.95 + 0.05 * k / len(built))
@@ -208,31 +210,18 @@ def _check_steps(manifest: Manifest, columns: Sequence[Column]) -> None:
             )
 
 
-def _refusal(manifest: Manifest, columns: Sequence[Column], recordings: Sequence[Recording]) -> InputRefused | None:
+def _refusal(accepted: Acceptance, recordings: Sequence[Recording]) -> InputRefused | None:
     """The sentence for errors of the gate that the manifest does not accept; None: there are none."""
-    accepted = {column.channel.name: column.accepted for column in columns}
-    everywhere = frozenset(manifest.sheet.accepted)
-    errors = [
-        (recording.name, finding)
-        for recording in recordings
-        for finding in recording.findings
-        if finding.severity == "error" and finding.code not in everywhere | accepted.get(finding.channel, frozenset())
-    ]
+    errors = [(recording.name, finding) for recording in recordings for finding in recording.findings if accepted.refuses(finding)]
     if not errors:
         return None
     name, first = errors[0]
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    where = f"channel '{first.channel}' with " if first.channel in accepted else ""
+    where = f"channel '{first.channel}' with " if first.channel in accepted.channels else ""
     return InputRefused(
         f"the data gate refuses recording '{name}': {first.message.rstrip('.')}{more}; correct the manifest, "
         f'or accept it there ({where}accepted = ["{first.code}"])'
     )
-
-
-def _accepted(finding: GateFinding) -> GateFinding:
-    """An error that the manifest accepts is a warning: what it is, without the advice to accept it."""
-    fact = finding.message.partition("; ")[0].rstrip(".")
-    return replace(finding, severity="warning", message=f"{fact}; the manifest accepts it")
 
 
 class _Reader:

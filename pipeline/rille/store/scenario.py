@@ -40,6 +40,20 @@ def write_scenario(path: Path, scenario: Scenario, *, replace: bool = False) -> 
         write_sources(connection, scenario.sources)
 
 
+def remove_scenario(path: Path, name: str) -> None:
+    """Take out a scenario that has no run; of one that has, or of a name that is not there, nothing is taken."""
+    with writing(path) as connection:
+        gone = connection.execute("DELETE FROM scenario WHERE name = ? AND id NOT IN (SELECT scenario_id FROM run)", (name,)).rowcount
+        if gone:
+            connection.execute("DELETE FROM provenance WHERE subject = ?", (f"scenario {name}",))
+
+
+def scenario_names(path: Path) -> tuple[str, ...]:
+    """Names of the scenarios of a database, oldest first."""
+    with reading(path) as connection:
+        return tuple(row["name"] for row in connection.execute("SELECT name FROM scenario ORDER BY id"))
+
+
 def _keys(connection: sqlite3.Connection, table: str) -> dict[str, int]:
     return dict(connection.execute(f"SELECT name, id FROM {table}").fetchall())
 

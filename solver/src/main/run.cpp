@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "main/exit_code.hpp"
+#include "model/error.hpp"
 
 namespace rille {
 namespace {
@@ -32,10 +33,16 @@ int run(const RunOptions& options, bool progress, bool (*interrupted)()) {
   };
 
   talk(true);
-  Outcome outcome = run.begin(interrupted);
-  while (outcome == Outcome::running) {
-    outcome = run.advance(kBetweenLooks, interrupted);
-    talk(false);
+  Outcome outcome = Outcome::running;
+  try {
+    outcome = run.begin(interrupted);
+    while (outcome == Outcome::running) {
+      outcome = run.advance(kBetweenLooks, interrupted);
+      talk(false);
+    }
+  } catch (const InputRefused& refusal) {  // a change of state that cannot be made as things stand then
+    run.finish(Outcome::stopped, refusal.what());
+    throw;
   }
   const double wall = seconds_since(start);
   run.finish(outcome);

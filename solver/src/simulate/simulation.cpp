@@ -61,6 +61,7 @@ Simulation::Simulation(Model model)
   sensors_ = std::make_unique<Sensors>(*model_, effects_->sensors);
   watcher_ = std::make_unique<Watcher>(*model_);
   watching_ = !sensors_->empty() || !watcher_->empty();
+  for (const StateChange& change : model_->scenario.changes) require_change(rover, mechanism_.held_by_world(), change);
   place();
   if (model_->terrain && !rover.wheels.empty()) {
     double narrowest = rover.wheels[0].width;
