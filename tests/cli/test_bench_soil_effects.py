@@ -10,6 +10,7 @@ import pytest
 
 from command import assert_refused, rille
 from rille import store
+from rille.cli.effects import effect_of
 from rille.cli.rig import find_wheel
 from rille.model import BenchPoints
 from rille.view.bench_plots import _loads_of
@@ -188,6 +189,20 @@ def test_an_effect_on_what_the_model_lacks_is_told(tmp_path):
     done = rille("effects", "add", database, "slip_sinkage", "--set", "slip_gain=0.5")
     assert done.returncode == 0, done.stderr
     assert "no wheel yet" in done.stderr
+
+
+def test_an_effect_that_does_nothing_is_told(model):
+    done = rille("effects", "add", model, "slip_sinkage")
+    assert done.returncode == 0, done.stderr
+    assert "slip_sinkage does nothing while slip_gain is 0; usual is --set slip_gain=" in done.stderr
+    assert effect_of("expression", "*", ["formula=velocity"]).parameters == {"gain": 1.0, "formula": "velocity"}
+    assert effect_of("expression", "*", ["formula=velocity", "gain=2"]).parameters["gain"] == 2.0
+
+
+def test_the_ground_and_gravity_are_no_targets_among_others(model):
+    assert_refused(
+        rille("effects", "add", model, "gravity_tilt", "--target", "banana", "--set", "roll=0.1"), "acts on the world as a whole"
+    )
 
 
 def test_an_expression_is_added_and_a_wrong_dimension_refused(model):

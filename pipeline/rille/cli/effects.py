@@ -2,11 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rille.cli.talk import Json, assignments, print_json, say
+
+if TYPE_CHECKING:
+    from rille.model import Effect
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -89,19 +92,19 @@ def add(
     values: Annotated[list[str] | None, typer.Option("--set", help="PARAMETER=VALUE in SI, repeatable.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Give the model an effect; the same law on the same target is replaced.
+    """Give the model an effect; the same law on the same target is replaced (but expressions, which may be many).
 
     Example: rille effects add rover.db slip_sinkage --set slip_gain=0.5
     """
     from rille import store
-    from rille.model import Effect
 
-    effect = Effect(kind=name, target=target, parameters=parse_values(values or []))
+    effect = effect_of(name, target, values or [])
     store.add_effect(database, effect)
     if as_json:
         print_json({"kind": effect.kind, "target": effect.target, "parameters": effect.parameters})
     else:
         say(f"{name} acts on {target} in {database}")
+        tell_idle_effect(effect)
         if target == "*" and _has_no(database, store.find_effect_kind(name).target):
             say(f"the model has no {store.find_effect_kind(name).target} yet: until it has, {name} acts on nothing")
 
@@ -113,6 +116,24 @@ def _has_no(database: Path, target: str) -> bool:
     rover = store.read_rover(database)
     targets = {"wheel": rover.wheels, "joint": rover.joints, "body": rover.bodies}
     return target in targets and not targets[target]
+
+
+def effect_of(name: str, target: str, texts: list[str]) -> "Effect":
+    """The effect that the options describe; an expression without a gain is as written."""
+    from rille.model import Effect
+
+    values = parse_values(texts)
+    return Effect(kind=name, target=target, parameters={"gain": 1.0, **values} if name == "expression" else values)
+
+
+def tell_idle_effect(effect: "Effect") -> None:
+    """Say that an effect whose amplitudes are all 0 does nothing, and how large they usually are."""
+    from rille import store
+
+    amplitudes = [p for p in store.find_effect_kind(effect.kind).parameters if p.amplitude]
+    if amplitudes and not any(effect.parameters.get(p.name) for p in amplitudes):
+        usual = " ".join(f"--set {p.name}={p.typical:g}" for p in amplitudes)
+        say(f"{effect.kind} does nothing while {' and '.join(p.name for p in amplitudes)} is 0; usual is {usual} (SI)")
 
 
 def parse_values(texts: list[str]) -> dict[str, object]:

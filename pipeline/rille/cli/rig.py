@@ -118,12 +118,12 @@ def pick_soil(soils: Mapping[str, "Soil"], name: str) -> "Soil":
 def find_effect(text: str) -> "Effect":
     """The effect that ``slip_sinkage:slip_gain=0.5`` says."""
     from rille import store
-    from rille.cli.effects import parse_values
-    from rille.model import Effect
+    from rille.cli.effects import effect_of, tell_idle_effect
 
     name, _, rest = text.partition(":")
-    effect = Effect(kind=name, parameters=parse_values([part for part in rest.split(",") if part]))
+    effect = effect_of(name, "*", [part for part in rest.split(",") if part])
     store.check_effect(effect)
+    tell_idle_effect(effect)
     return effect
 
 

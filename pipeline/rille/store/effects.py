@@ -111,6 +111,8 @@ def insert_effect(connection: sqlite3.Connection, effect: Effect) -> None:
                 f"the effect '{kind.name}' acts on {target} '{effect.target}', which the model does not have; "
                 f"{nearest_names(effect.target, names)}"
             )
+    if effect.target != "*" and target in ("terrain", "world"):
+        raise InputRefused(f"the effect '{kind.name}' acts on the {target} as a whole, not on '{effect.target}'; leave its target out")
     key = _key_of_law(connection, effect.kind)
     row = {"effect_kind_id": key, "target": effect.target, "parameters": json.dumps(dict(effect.parameters))}
     insert(connection, "effect", f"effect '{effect.kind}'", row)
