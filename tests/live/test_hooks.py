@@ -1,6 +1,8 @@
 """Hooks are called at the same steps whenever the same run is made; one that fails is told with its line and loses nothing."""
 
 import json
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -209,3 +211,22 @@ def test_a_state_set_before_another_that_is_planned_keeps_both(make_model, tmp_p
     assert again.returncode == 0, again.stderr
     a, b = (numbers(path, json.loads(done.stdout)["run_id"]) for done in (first, again))
     assert a["body_state"] == b["body_state"]
+
+
+def test_an_event_that_never_happens_is_refused(path, tmp_path):
+    file = tmp_path / "h.py"
+    file.write_text("from rille.live import on_event\n\n@on_event('wheel_spining')\ndef hit(run, event):\n    pass\n")
+    with pytest.raises(InputRefused, match="there is no event 'wheel_spining'; did you mean 'wheel_spinning'"):
+        live.read_hooks(file, 0.001, print)
+
+
+def test_what_no_drive_can_follow_is_told(path, tmp_path):
+    """Commands of hooks, too, after the run that they steered."""
+    rover = store.read_rover(path)
+    file = tmp_path / "h.py"
+    file.write_text(f"from rille.live import at\n\n@at(0.1)\ndef go(run):\n    run.drive('{rover.drives[0].name}', 1000.0)\n")
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE drive SET max_speed = 3")
+    done = rille("run", path, "--hooks", file, "--duration", "0.2")
+    assert done.returncode == 0, done.stderr
+    assert "is commanded 1000 rad/s at 0.1 s, beyond its max_speed, 3 rad/s" in done.stderr

@@ -40,7 +40,8 @@ def hooked_run(
     except Exception:
         store.remove_unused(database, name)
         raise
-    steering = live.Steering(run=run, wheels=live.driven_wheels(store.read_rover(database)), say=say)
+    rover = store.read_rover(database)
+    steering = live.Steering(run=run, wheels=live.driven_wheels(rover), say=say)
     n_steps, stretch = max(1, round(base.duration / base.step)), max(1, round(STRETCH / base.step))
     began, told = clock.perf_counter(), clock.perf_counter()
     message = ""
@@ -58,6 +59,8 @@ def hooked_run(
         status, message = "interrupted", f"interrupted at t = {run.simulation.time:.3f} s; the results so far are readable"
         run.finish("done", message)
     wall = clock.perf_counter() - began
+    for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)):
+        say(f"warning: {sentence}")
     return RunResult(
         run_id=run.id,
         scenario=name,

@@ -26,9 +26,13 @@ from typing import Any, TypeVar
 
 from rille.live.driving import DrivenWheel, steer
 from rille.live.stage import SteeredRun
-from rille.model import Event, InputRefused
+from rille.model import Event, InputRefused, nearest_names
 
 LOOK = 0.01  # [s] of simulated time between looks at conditions
+EVENTS = (  # kinds that the solver tells, and ways in which physics or a watch ends a run
+    *("contact_begin", "contact_end", "drive_saturated", "limit_reached", "stuck", "tip_over", "watch", "wheel_spinning"),
+    *("settled", "not_settled", "stopped", "left_terrain", "wheel_buried", "diverged"),
+)
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -51,7 +55,14 @@ def _marked(mark: _Mark) -> Callable[[Function], Function]:
 
 
 def on_event(kind: str = "") -> Callable[[Function], Function]:
-    """Call ``function(run, event)`` for every event of a kind (``stuck``, ``tip_over``, ``limit_reached`` ...), or for all."""
+    """Call ``function(run, event)`` for every event of a kind (``stuck``, ``tip_over``, ``limit_reached`` ...), or for all.
+
+    Raises
+    ------
+    InputRefused : for a kind that never happens.
+    """
+    if kind and kind not in EVENTS:
+        raise InputRefused(f"there is no event '{kind}'; {nearest_names(kind, EVENTS)}")
     return _marked(_Mark("event", event=kind))
 
 
