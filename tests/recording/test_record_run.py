@@ -350,6 +350,20 @@ def test_an_interrupted_recording_keeps_what_was_simulated(model, tmp_path):
     assert tomllib.loads((tmp_path / "long.toml").read_text())["scenario"] == "long"
 
 
+def test_faults_that_the_sheet_asks_for_are_no_errors_of_the_recording(model, tmp_path):
+    """Saturated and stuck channels are accepted by the manifest that comes with them, unless they are hidden."""
+    (tmp_path / "sensors.toml").write_text(NOISY.replace(', offset = "0.5 s"', ""))
+    told = rille("record", model, "--sensors", tmp_path / "sensors.toml", "-o", tmp_path / "drive.csv")
+    assert told.returncode == 0, told.stderr
+    accepted = {c["column"]: c["accepted"] for c in tomllib.loads((tmp_path / "drive.toml").read_text())["channel"] if "accepted" in c}
+    assert sorted(set(map(tuple, accepted.values()))) == [("saturation", "stuck"), ("stuck",)]
+    done = rille("import", tmp_path / "drive.toml", "-o", model)
+    assert done.returncode == 0, done.stderr
+    hidden = rille("record", model, "--sensors", tmp_path / "sensors.toml", "-o", tmp_path / "d.csv", "--hide", "stuck,saturation")
+    assert hidden.returncode == 0, hidden.stderr
+    assert not any("accepted" in channel for channel in tomllib.loads((tmp_path / "d.toml").read_text())["channel"])
+
+
 @pytest.mark.parametrize("ending", [".csv", ".parquet", ".mcap", ".bag", ""])
 def test_every_format_imports_again(model, tmp_path, ending):
     text = NOISY.replace(', offset = "0.5 s"', "").replace('saturation = "2 rad"\n', "").replace('stuck = [["1 s", "1.5 s"]]\n', "")

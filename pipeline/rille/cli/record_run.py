@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import shutil
 from collections.abc import Callable
 from dataclasses import asdict, replace
@@ -37,7 +38,10 @@ def run(
     step: Annotated[float | None, typer.Option(help="Time step [s] instead of the scenario's.")] = None,
     duration: Annotated[float | None, typer.Option(help="Simulated time [s] instead of the scenario's.")] = None,
     hide: Annotated[
-        str, typer.Option(help="What the manifest shall not tell, with commas: noise, delay, resolution, dropout, gaps, scenario, all.")
+        str,
+        typer.Option(
+            help="What the manifest shall not tell, with commas: noise, delay, resolution, saturation, stuck, dropout, gaps, scenario, all."
+        ),
     ] = "",
     truth: Annotated[Path | None, typer.Option(help="JSON file for what is true: instruments, effects, seed.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace files that exist, and a scenario of the same name.")] = False,
@@ -85,7 +89,9 @@ def run(
     units = {column: (s.written_unit, s.factor) for s in instruments.sensors for column in s.columns if s.factor != 1.0}
     addresses = write_recording_file(output, recording, units)
     gaps = any(clock.gaps is not None for clock in instruments.clocks.values())
-    text = manifest_text(recording, _seen_from(output, sheet_file), kind, addresses, gaps=gaps, hidden=hidden)
+    text = manifest_text(
+        recording, _seen_from(output, sheet_file), kind, addresses, gaps=gaps, accepted=_known_faults(instruments), hidden=hidden
+    )
     sheet_file.write_text(text, encoding="utf-8")
     if truth is not None:
         truth.write_text(json.dumps(_truth(database, instruments, taken, recording.scenario), indent=2) + "\n", encoding="utf-8")
@@ -94,6 +100,16 @@ def run(
         return 0
     say(f"rille: {taken.message or 'interrupted'}; what was simulated until t = {taken.reached:g} s is in {output}")
     return 130 if taken.status == "interrupted" else 4
+
+
+def _known_faults(instruments: "Instruments") -> dict[str, tuple[str, ...]]:
+    """What the data gate will find of channels because their instruments are made so: at the end of its range one repeats its value."""
+    faults = {}
+    for sensor in instruments.sensors:
+        ends = math.isfinite(sensor.lower) or math.isfinite(sensor.upper)
+        codes = ("saturation", "stuck") if ends else ("stuck",) if sensor.stuck else ()
+        faults |= {column: codes for column in sensor.columns if codes}
+    return faults
 
 
 def simulated_recording(

@@ -1,6 +1,7 @@
 """The manifest that imports a file again."""
 
 from collections.abc import Collection, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from rille.model.recording import Channel, Recording
 from rille.model.sheet import toml_string
 from rille.recording.writing.address import Address
 
-HIDEABLE = ("noise", "delay", "resolution", "dropout", "gaps", "scenario")
+HIDEABLE = ("noise", "delay", "resolution", "saturation", "stuck", "dropout", "gaps", "scenario")
 
 
 def manifest_text(
@@ -18,6 +19,7 @@ def manifest_text(
     addresses: Mapping[str, Address],
     *,
     gaps: bool = False,
+    accepted: Mapping[str, Collection[str]] = MappingProxyType({}),
     hidden: Collection[str] = (),
 ) -> str:
     """TOML of the manifest.
@@ -25,7 +27,8 @@ def manifest_text(
     Parameters
     ----------
     file : as the manifest shall name it. kind : of ``FORMATS``. addresses : where each channel stands.
-    gaps : whether the clocks have gaps that are known. hidden : of ``HIDEABLE``: what the manifest shall not tell.
+    gaps : whether the clocks have gaps that are known. accepted : codes of the gate by channel, for what is known of it.
+    hidden : of ``HIDEABLE``: what the manifest shall not tell.
     """
     lines = [f"name = {toml_string(recording.name)}", f"file = {toml_string(file)}", f'format = "{kind}"']
     if recording.scenario is not None and "scenario" not in hidden:
@@ -52,6 +55,8 @@ def manifest_text(
         seen.add(what)
         if channel.name in lost and not messages and "dropout" not in hidden:
             lines.append('missing = "accept"')
+        if known := [code for code in accepted.get(channel.name, ()) if code not in hidden]:
+            lines.append(f"accepted = [{', '.join(toml_string(code) for code in known)}]")
     return "\n".join(lines) + "\n"
 
 
