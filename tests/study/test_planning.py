@@ -5,7 +5,7 @@ import pytest
 from rille import store
 from rille.model import Command, InputRefused, Scenario
 from rille.model.sheet import validate_sheet
-from rille.study import StudySheet, Subject, plan_study
+from rille.study import StudySheet, Subject, plan_study, study_of_options
 
 ANY = (1.0, -1e30, 1e30)
 BOUNDS = {
@@ -111,3 +111,17 @@ def test_traces_end_within_the_duration():
 @pytest.mark.parametrize("seed", [0, -3, 2**32])
 def test_seeds_are_bounded(seed):
     refused("soil.l.cohesion", words=["seed"], seed=seed)
+
+
+def test_options_of_values_only_are_a_grid(tmp_path):
+    """All combinations of what is listed, unless somebody asks for samples; ranges are sampled."""
+    model, values, ends = tmp_path / "m.db", "start.heading=0 deg,45 deg", "start.x=0 m:1 m"
+    assert study_of_options(model, [values], {}).design == "grid"
+    assert study_of_options(model, [values, ends], {}).design == "latin_hypercube"
+    assert study_of_options(model, [values], {"samples": 8}).design == "latin_hypercube"
+    with pytest.raises(InputRefused, match="a grid has all combinations, so --samples 8 says nothing"):
+        study_of_options(model, [values], {"samples": 8, "design": "grid"})
+    sheet = tmp_path / "s.toml"
+    sheet.write_text('name = "s"\nmodel = "m.db"\n[[vary]]\nname = "start.x"\nvalues = [1, 2]\n')
+    with pytest.raises(InputRefused, match="is a study sheet"):
+        study_of_options(sheet, [values], {})

@@ -1,5 +1,6 @@
 """Study sheets (TOML): what varies, by which design, what is asked."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -86,11 +87,11 @@ def read_study_sheet(path: Path) -> StudySheet:
 def study_of_options(model: Path, vary: Sequence[str], options: Mapping[str, Any]) -> StudySheet:
     """A study from texts like ``soil.lunar.cohesion=100 Pa:1 kPa`` (ends) or ``...=1,2,5`` (values).
 
-    options : other keys of the sheet; None: left out.
+    options : other keys of the sheet; None: left out. Without a design and a number of samples, factors that are all values make a grid.
 
     Raises
     ------
-    InputRefused : for a text that is neither, or a value that the sheet refuses.
+    InputRefused : for a text that is neither, a value that the sheet refuses, samples of a grid, or a model that is itself a study sheet.
     """
     tables = []
     for text in vary:
@@ -105,6 +106,14 @@ def study_of_options(model: Path, vary: Sequence[str], options: Mapping[str, Any
             table["values"] = [_number(value) for value in rest.split(",")]
         tables.append(table)
     given = {key: value for key, value in options.items() if value is not None}
+    if given.get("design") == "grid" and "samples" in given:
+        raise InputRefused(
+            f"a grid has all combinations, so --samples {given['samples']} says nothing; leave it out, or use another design"
+        )
+    if not given.keys() & {"design", "samples"} and all("values" in table for table in tables):
+        given["design"] = "grid"
+    if model.suffix == ".toml" and model.is_file() and re.search(r"^\s*\[\[vary\]\]", model.read_text(encoding="utf-8"), re.MULTILINE):
+        raise InputRefused(f"'{model}' is a study sheet; write what varies into it, or name the model instead")
     return validate_sheet({"name": model.stem, "model": str(model), "vary": tables, **given}, StudySheet, "options")
 
 
