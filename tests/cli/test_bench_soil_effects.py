@@ -172,6 +172,7 @@ def test_effects_are_listed_shown_added_and_removed(model):
     plain = json.loads(rille("run", model, "--duration", "1", "--json").stdout)
     assert rille("effects", "add", model, "slip_sinkage", "--set", "slip_gain=0.5").returncode == 0
     assert "slip_gain" in rille("effects", "list", model).stdout
+    assert "slip_sinkage on *" in rille("db", "info", model).stdout
     deeper = json.loads(rille("run", model, "--duration", "1", "--json").stdout)
     assert deeper["summary"]["wheels"][0]["max_sinkage"] > 1.05 * plain["summary"]["wheels"][0]["max_sinkage"]
     assert_refused(rille("effects", "add", model, "slip_sinkage", "--set", "slip_gain=99"), "1.5")

@@ -7,6 +7,8 @@ import typer
 
 from rille.cli.talk import Json, print_json, say
 
+MOST_NAMES = 40  # of one kind that are told
+
 app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -63,7 +65,8 @@ def info(
     print(f"{facts['file']}: schema {facts['schema_version']}, {facts['bytes'] / 1e6:.1f} MB, {facts['total_mass_kg']:.2f} kg in all")
     for what, names in facts["names"].items():
         if names:
-            print(f"{what:<10} {', '.join(names)}")
+            more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+            print(f"{what:<10} {', '.join(names[:MOST_NAMES])}{more}")
     for run in facts["runs"]:
         print(f"run {run['id']:<6} {run['status']}, {run['time_reached']:g} s {run['message']}".rstrip())
     for source in facts["sources"]:

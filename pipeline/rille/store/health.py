@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from rille.store.database import reading, schema_text
+from rille.store.effects import effect_rows
 from rille.store.soundness import problems, tables
 
 
@@ -22,13 +23,15 @@ def check(path: Path) -> list[str]:
 
 
 def info(path: Path) -> dict:
-    """Contents of a database: version, size, names, rows per table, runs."""
+    """Contents of a database: version, size, names (of effects, law and target), rows per table, runs."""
     with reading(path) as connection:
         counts = {t: connection.execute(f"SELECT count(*) FROM {t}").fetchone()[0] for t in tables(connection)}
         names = {
             t: [r[0] for r in connection.execute(f"SELECT name FROM {t} ORDER BY id")]
-            for t in ("body", "joint", "wheel", "terrain", "soil", "scenario")
+            for t in ("body", "joint", "wheel", "terrain", "soil", "scenario", "recording", "finding")
         }
+        names["bench"] = [r[0] for r in connection.execute("SELECT DISTINCT bench FROM bench_point ORDER BY bench")]
+        names["effect"] = [f"{effect.kind} on {effect.target}" for effect in effect_rows(connection)]
         mass = connection.execute("SELECT coalesce(sum(mass), 0) FROM body").fetchone()[0]
         runs = [dict(r) for r in connection.execute("SELECT id, status, time_reached, message FROM run ORDER BY id")]
         sources = [dict(r) for r in connection.execute("SELECT subject, file, sha256, tool FROM provenance ORDER BY id")]
