@@ -12,7 +12,8 @@ from effect_rigs import EARTH
 from machines import cart, plane
 from remembering import TABLES, numbers
 from rille import live, simulate, store
-from rille.model import Command, InputRefused, JointLimit, Scenario
+from rille.live import hooks
+from rille.model import Command, InputRefused, JointLimit, Scenario, Watch
 
 HOOKS = """
 from rille.live import at, every, on_event, when
@@ -230,3 +231,15 @@ def test_what_no_drive_can_follow_is_told(path, tmp_path):
     done = rille("run", path, "--hooks", file, "--duration", "0.2")
     assert done.returncode == 0, done.stderr
     assert "is commanded 1000 rad/s at 0.1 s, beyond its max_speed, 3 rad/s" in done.stderr
+
+
+def test_hooks_know_the_events_that_watches_know(path):
+    """The solver names them where a watch waits for none of them."""
+    store.write_scenario(
+        path, Scenario(name="w", duration=0.1, gravity=(0, 0, -EARTH), watches=(Watch(name="w", event="never", action="stop"),))
+    )
+    with pytest.raises(InputRefused, match="which never happens; known: ") as refused:
+        simulate.run(path, scenario="w")
+    known = str(refused.value).partition("known: ")[2].split(", ")
+    assert len(known) > 5
+    assert set(known) <= set(hooks.EVENTS)

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from figures import figures_of
 from rille.model.study import Factor, StudyTable
 from rille.study import design_cases, indices, why_none
 from rille.view import study_figures, study_report
@@ -41,12 +42,15 @@ def test_a_study_that_is_finished_says_nothing_of_parts(tmp_path):
     assert "2 of 3 cases went as planned" in text
 
 
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures of a study, as they are drawn."""
+    return figures_of(monkeypatch, study_figures)
+
+
 @pytest.mark.parametrize(("status", "crosses"), [("waiting", 0), ("diverged", 3)])
-def test_crosses_are_cases_that_failed(tmp_path, monkeypatch, status, crosses):
+def test_crosses_are_cases_that_failed(tmp_path, drawn, status, crosses):
     """The marks that the map draws with an x, and its title."""
-    drawn = []
-    canvas = study_figures.empty_canvas
-    monkeypatch.setattr(study_figures, "empty_canvas", lambda *size: drawn.append(canvas(*size)) or drawn[-1])
     study_figures.draw_study(tmp_path, table("done", "done", *[status] * 3), {}, [])
     figure = drawn[0]
     marks = [line for axis in figure.axes for line in axis.lines if line.get_marker() == "x"]
@@ -67,11 +71,8 @@ def levels(*status):
     return StudyTable(plan=asked, values=values, outcomes=values[:, :1], status=status, reason=("",) * 6)
 
 
-def test_the_map_of_a_grid_has_a_cell_for_every_level(tmp_path, monkeypatch):
+def test_the_map_of_a_grid_has_a_cell_for_every_level(tmp_path, drawn):
     """Cells stand at the values that were run, whatever lies between; what has no value is told to be grey."""
-    drawn = []
-    canvas = study_figures.empty_canvas
-    monkeypatch.setattr(study_figures, "empty_canvas", lambda *size: drawn.append(canvas(*size)) or drawn[-1])
     study_figures.draw_study(tmp_path, levels(*["done"] * 5, "diverged"), {}, [])
     axis = drawn[0].axes[0]
     assert [label.get_text() for label in axis.get_xticklabels()] == ["0.1", "1", "10"]

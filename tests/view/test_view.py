@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import check_machines
+from figures import figures_of
 from machines import box, cart, plane
 from rille.model import (
     BodyTrace,
@@ -232,9 +233,7 @@ def test_a_mechanism_is_solid_at_the_time_that_is_shown(share):
 
 def test_every_joint_of_a_plot_is_in_its_legend(tmp_path, monkeypatch):
     """Hinges and sliding joints are in different panels; each has a colour and a name of its own."""
-    drawn = []
-    canvas = plots.empty_canvas
-    monkeypatch.setattr(plots, "empty_canvas", lambda *size: drawn.append(canvas(*size)) or drawn[-1])
+    drawn = figures_of(monkeypatch, plots)
     rover, trace = turning((0.0, 1.0, 0.0))
     rail = Joint(name="rail", kind="prismatic", parent="bar", child="slug", point=(0, 0, 0), axis=(1, 0, 0))
     traces = (*trace.joints, replace(trace.joints[0], name="rail"))

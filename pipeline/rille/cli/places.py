@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-SQLITE = b"SQLite format 3\0"  # how every database begins
-
 
 def require_place(*paths: Path | None, reads: Iterable[Path | None] = ()) -> None:
     """Refuse results that could not be written, or would be written over what is needed. None: not asked for.
@@ -16,6 +14,7 @@ def require_place(*paths: Path | None, reads: Iterable[Path | None] = ()) -> Non
     InputRefused : for a folder, a file in a folder that is not there, a database, a file that is read, and two results in one file.
     """
     from rille.model import InputRefused
+    from rille.store.database import SQLITE
 
     read = {path.resolve() for path in reads if path is not None}
     taken: set[Path] = set()

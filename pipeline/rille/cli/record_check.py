@@ -37,8 +37,9 @@ def check(
     with progress("data gate") as update:
         for j, of in enumerate(groups.values()):
             shares = gate([recordings[k] for k in of], lambda what, done, j=j: update(what, (j + done) / len(groups)), load=load)
+            accepted = acceptance_in(recordings[of[0]].manifest)
             for k, findings in zip(of, shares, strict=True):
-                told = acceptance_in(recordings[k].manifest).told(findings)
+                told = accepted.told(findings)
                 recordings[k] = replace(recordings[k], findings=told)
                 store.write_findings(database, recordings[k].name, told)
     if output is not None:

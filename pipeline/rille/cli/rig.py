@@ -25,7 +25,7 @@ def find_wheel(
     Without a database, or with a radius and a width but no name: the wheel that the options describe, without effects.
     """
     from rille import simulate, store
-    from rille.model import InputRefused, nearest_names
+    from rille.model import BenchWheel, InputRefused, nearest_names
 
     if database is None:
         return wheel_of(radius, width, grousers), []
@@ -39,47 +39,42 @@ def find_wheel(
     made = wheels[name] if name is not None else next(iter(wheels.values()))
     acting = [e for e in store.read_effects(database) if e.target in ("*", made.name)]
     on_wheel = [replace(e, target="*") for e in acting if store.find_effect_kind(e.kind).target == "wheel"]
-    own = (made.grouser.count, made.grouser.height) if made.grouser is not None else (0, 0.0)
-    wheel = _wheel(radius, width, grousers, made.radius, made.width, own)
-    return wheel, simulate.effect_rows(on_wheel, store.effect_kinds())
+    count, height = (made.grouser.count, made.grouser.height) if made.grouser is not None else (0, 0.0)
+    wheel = BenchWheel(radius=made.radius, width=made.width, grouser_count=count, grouser_height=height)
+    return _changed(wheel, radius, width, grousers), simulate.effect_rows(on_wheel, store.effect_kinds())
 
 
 def wheel_of(radius: str | None, width: str | None, grousers: str | None) -> "BenchWheel":
     """The wheel that the options describe."""
-    from rille.model import InputRefused
-
-    if radius is None or width is None:
-        raise InputRefused('the bench needs a wheel: a database, or --radius "150 mm" --width "165 mm"')
-    return _wheel(radius, width, grousers)
-
-
-def _wheel(
-    radius: str | None,
-    width: str | None,
-    grousers: str | None,
-    own_radius: float = 0.0,
-    own_width: float = 0.0,
-    own_grousers: tuple[int, float] = (0, 0.0),
-) -> "BenchWheel":
-    """The wheel that the options describe; what they do not say is its own."""
     from rille.model import BenchWheel, InputRefused
     from rille.model.quantity import to_si
 
-    count, height = own_grousers
+    if radius is None or width is None:
+        raise InputRefused('the bench needs a wheel: a database, or --radius "150 mm" --width "165 mm"')
+    rim = BenchWheel(radius=to_si(radius, "length", "radius"), width=to_si(width, "length", "width"))
+    return _changed(rim, None, None, grousers)
+
+
+def _changed(wheel: "BenchWheel", radius: str | None, width: str | None, grousers: str | None) -> "BenchWheel":
+    """The wheel with what the options say of it."""
+    from rille.model import InputRefused
+    from rille.model.quantity import to_si
+
+    if radius is not None:
+        wheel = replace(wheel, radius=to_si(radius, "length", "radius"))
+    if width is not None:
+        wheel = replace(wheel, width=to_si(width, "length", "width"))
     if grousers is not None:
         number, cross, size = grousers.partition("x")
         if not cross or not number.strip().isdigit():
             raise InputRefused(f"'{grousers}' says no grousers; write \"24 x 10 mm\"")
-        count, height = int(number), to_si(size.strip(), "length", "height of the grousers")
-    size_of_rim = {
-        "radius": own_radius if radius is None else to_si(radius, "length", "radius"),
-        "width": own_width if width is None else to_si(width, "length", "width"),
-    }
-    if not 0 <= height < size_of_rim["radius"]:
+        wheel = replace(wheel, grouser_count=int(number), grouser_height=to_si(size.strip(), "length", "height of the grousers"))
+    if not 0 <= wheel.grouser_height < wheel.radius:
         raise InputRefused(
-            f'height of the grousers is {height:g} m; it must be below the radius of the rim, {size_of_rim["radius"]:g} m: "24 x 10 mm"'
+            f"height of the grousers is {wheel.grouser_height:g} m; it must be below the radius of the rim, {wheel.radius:g} m: "
+            '"24 x 10 mm"'
         )
-    return BenchWheel(**size_of_rim, grouser_count=count, grouser_height=height)
+    return wheel
 
 
 def find_load(text: str, gravity: float) -> float:

@@ -40,6 +40,8 @@ def run(
 
     if checkpoint is not None and not 0 <= checkpoint < math.inf:
         raise InputRefused(f"checkpoint is {checkpoint:g} s; it must be 0 (only on Ctrl-C) or more, and finite")
+    if hooks is not None and (resume or checkpoint is not None):
+        raise InputRefused("what hooks remember is not kept, so --hooks goes neither with --checkpoint nor with --resume; leave one out")
     if out is not None:
         database = _copied(database, out)
     name, rover, new = scenario, store.read_rover(database), False
@@ -48,8 +50,8 @@ def run(
         new = sheet.name not in store.scenario_names(database)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
-    for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)):
-        say(f"warning: {sentence}")
+    for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)) if hooks is None else ():
+        say(f"warning: {sentence}")  # of hooks, what they command is known when they have run
     try:
         with progress("simulating") as update:
 
@@ -57,10 +59,6 @@ def run(
                 update(f"t = {time:.1f} s of {total:g} s", time / total)
 
             if hooks is not None:
-                if resume or checkpoint is not None:
-                    raise InputRefused(
-                        "what hooks remember is not kept, so --hooks goes neither with --checkpoint nor with --resume; leave one out"
-                    )
                 result = hooked_run(database, hooks, scenario=name, step=step, duration=duration, on_progress=tell)
             else:
                 result = simulate.run(

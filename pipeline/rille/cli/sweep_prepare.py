@@ -3,7 +3,7 @@
 import pickle
 import tempfile
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -56,7 +56,7 @@ def prepare(sheet: "StudySheet", folder: Path, update: Callable[[str, float], No
         runner = CaseRunner(model, scenario)
         subject = _subject(model, runner, scenario, scene)
         asked = plan_study(sheet, subject, runner.measures, parts=_parts(model))
-        _require_ground(asked.constants, [c for f in asked.plan.factors for c in f.changes], scenario, scene)
+        _require_ground(asked.constants, [c for f in asked.plan.factors for c in f.changes], scenario, subject.ground)
         _require_ends(asked.constants, asked.plan, Path(place), scene)
         plan = replace(asked.plan, model_file=source.name, model=_digest(store.model_digest(model), scene), version=rille.__version__)
         parts: dict[str, Any] = {
@@ -146,14 +146,15 @@ def _subject(model: Path, runner: "CaseRunner", scenario: "Scenario", scene: str
     rover = store.read_rover(model)
     kinds = {joint.name: joint.kind for joint in rover.joints}
     names = {"wheel": rover.wheels, "joint": rover.joints, "body": rover.bodies, "sensor": rover.sensors}
+    ground = tomllib.loads(scene) if scene else None
     return Subject(
         bounds=runner.bounds,
         drives={drive.name: drive.mode for drive in rover.drives},
         sliding=frozenset(drive.name for drive in rover.drives if kinds[drive.joint] == "prismatic"),
         scenario=scenario,
         effects=store.effect_kinds(),
-        ground=tomllib.loads(scene) if scene else None,
-        drivers=_drivers(tomllib.loads(scene)) if scene else {},
+        ground=ground,
+        drivers={} if ground is None else _drivers(ground),
         targets={kind: [one.name for one in values] for kind, values in names.items()},
     )
 
@@ -167,16 +168,19 @@ def _drivers(scene: dict[str, Any]) -> dict[tuple[str, str], str]:
     return {(name, driver.name): driver.unit for name, landform in placed for driver in landform.drivers}
 
 
-def _require_ground(constants: "tuple[tuple[Change, float], ...]", changes: "list[Change]", scenario: "Scenario", scene: str) -> None:
-    """Refuse ground that the scenario does not stand on."""
+def _require_ground(
+    constants: "tuple[tuple[Change, float], ...]", changes: "list[Change]", scenario: "Scenario", ground: "Mapping[str, Any] | None"
+) -> None:
+    """Refuse ground that the scenario does not stand on. ground : the scene of the study, if it has one."""
     from rille.model import InputRefused
 
     varied = [change for change in (*changes, *(change for change, _ in constants)) if change.kind == "ground"]
     if varied and scenario.terrain is None:
         raise InputRefused(f"'{varied[0].name}.{varied[0].number}' varies ground that scenario '{scenario.name}' does not use")
-    if scene and scenario.terrain is not None and scenario.terrain != (ground := tomllib.loads(scene)["name"]):
+    if ground is not None and scenario.terrain is not None and scenario.terrain != ground["name"]:
         raise InputRefused(
-            f"scenario '{scenario.name}' stands on '{scenario.terrain}', not on the scene of the study, '{ground}'; name one ground in both"
+            f"scenario '{scenario.name}' stands on '{scenario.terrain}', not on the scene of the study, '{ground['name']}'; "
+            "name one ground in both"
         )
 
 

@@ -245,11 +245,8 @@ class Sensor:
     frame: Literal["world", "body"] = "world"
 
 
-COMMAND_QUANTITIES = {
-    "speed": "joint.velocity",
-    "position": "joint.position",
-    "torque": "joint.effort",
-}  # that a drive's command sets, by its mode
+# what a drive's command sets, by its mode
+COMMAND_QUANTITIES = {"speed": "joint.velocity", "position": "joint.position", "torque": "joint.effort"}
 COMMAND_UNITS = {"speed": ("rad/s", "m/s"), "position": ("rad", "m"), "torque": ("N m", "N")}  # of a joint that turns, that slides
 
 

@@ -207,10 +207,13 @@ class Indices:
         """What a factor does in all, (factors,): with others where the method tells that, else alone."""
         return self.first if self.total is None else self.total
 
+    def ranked(self) -> list[int]:
+        """All factors, the strongest first; one whose strength is not known counts as 0."""
+        return np.argsort(-np.nan_to_num(self.strength), kind="stable").tolist()
+
     def movers(self, most: int) -> list[int]:
         """The factors that clearly move the outcome, the strongest first."""
-        known = np.nan_to_num(self.strength)
-        return [int(k) for k in np.argsort(-known, kind="stable")[:most] if known[k] > CLEARLY]
+        return [k for k in self.ranked()[:most] if self.strength[k] > CLEARLY]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,6 +16,7 @@ from rille.recording.guess import Guess, guess_column, guess_field, split_unit, 
 from rille.recording.reading.survey import FEW, Facts, Survey, message_fields, survey
 from rille.recording.stamps import LARGEST_START
 
+ALIKE = 0.5  # names that resemble each other at least so much may mean the same thing
 TIME_WORDS = ("time", "t", "stamp", "timestamp", "secs", "seconds", "datetime", "date")
 LONGER = 100.0  # a time that ends so much later than the first counts in another unit
 TIME_UNITS = {"s": "s", "ms": "ms", "us": "us", "ns": "ns", "min": "min"}
@@ -239,7 +240,7 @@ class _Writer:
         drives = self.targets.drives
         like = {drive: max(_likeness(rest, drive), _likeness(rest, joint)) for drive, joint in drives.items()}
         drive = max(like, key=lambda name: like[name], default="")
-        if not drive or (like[drive] < 0.5 and len(drives) > 1):
+        if not drive or (like[drive] < ALIKE and len(drives) > 1):
             return guess
         quantity = self.targets.commands[drive]
         unit = guess.unit or QUANTITIES[quantity].units[self.targets.joints[drives[drive]] == "prismatic"]
@@ -259,7 +260,7 @@ class _Writer:
         numbers = [int(word) for word in guess.rest if word.isdigit()]
         ordered = [name for name in self.targets.joints if self.targets.joints[name] != "fixed"] if kind == "joint" else sorted(names)
         best = max(names, key=lambda name: _likeness(rest, name), default="")
-        if best and _likeness(rest, best) >= 0.5:
+        if best and _likeness(rest, best) >= ALIKE:
             return best, f"'{rest}' resembles it"
         if len(numbers) == 1 and 1 <= numbers[0] <= len(ordered):
             return ordered[numbers[0] - 1], f"it is number {numbers[0]} of the model's {kind}s"

@@ -204,16 +204,18 @@ def _vector(topic: str, axis: str) -> Guess:
     """What a number of a bare vector may be: its topic says of what."""
     words = words_of(topic)
     for word in words:
-        quantity, component = AXIS_WORDS.get(word, ""), axis
         if word in TRIPLE_WORDS:
             quantity, component = "part.orientation", ANGLES["xyz".index(axis)]
-        if (quantity and quantity != "part.orientation") or component in ANGLES:
-            return Guess(
-                quantity=quantity,
-                component=component,
-                unit=SI.get(quantity, "rad"),
-                frame="body" if quantity in BODY else "world",
-                rest=tuple(other for other in words if other != word),
-                because=f"'{word}' of the topic reads as {quantity}.{component}; a vector tells no unit, so SI",
-            )
+        elif word in AXIS_WORDS and AXIS_WORDS[word] != "part.orientation":  # a quaternion is no vector
+            quantity, component = AXIS_WORDS[word], axis
+        else:
+            continue
+        return Guess(
+            quantity=quantity,
+            component=component,
+            unit=SI.get(quantity, "rad"),
+            frame="body" if quantity in BODY else "world",
+            rest=tuple(other for other in words if other != word),
+            because=f"'{word}' of the topic reads as {quantity}.{component}; a vector tells no unit, so SI",
+        )
     return Guess(because="a vector, and no word of its topic says of what")

@@ -1,4 +1,4 @@
-"""What a scenario asks of drives that they cannot do: said before the run, for the solver does as much as they can."""
+"""What a scenario asks of drives that they cannot do, for the solver does in silence as much as they can."""
 
 from rille.model import Drive, JointLimit, Rover, Scenario
 

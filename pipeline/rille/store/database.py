@@ -13,6 +13,7 @@ from rille.model import InputRefused
 from rille.store.soundness import problems
 
 APPLICATION_ID = 1380535372  # "RILL"
+SQLITE = b"SQLite format 3\x00"  # how every database begins
 
 
 def beside(path: Path) -> list[Path]:
@@ -84,7 +85,7 @@ def _probe(path: Path, *, may_be_older: bool, known_sound: bool = False) -> int:
         raise InputRefused(f"'{path}' is a folder, not a database")
     with path.open("rb") as file:
         header = file.read(100)
-    if header[:16] != b"SQLite format 3\x00":
+    if header[: len(SQLITE)] != SQLITE:
         raise InputRefused(f"'{path}' is not an SQLite database")
     if len(header) < 100:
         raise InputRefused(f"'{path}' is truncated ({len(header)} bytes); restore it from a copy")

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rille.model import InputRefused
 from rille.model.study import Case, CaseResult, Factor, Measure, StudyPlan, StudyTable, TracedChannel
-from rille.store.database import beside, insert, require_kind, schema_folder, transaction
+from rille.store.database import SQLITE, beside, insert, require_kind, schema_folder, transaction
 
 STUDY_ID = 1380537172  # "RIST"
 STUDY_VERSION = 1
@@ -75,7 +75,7 @@ def remove_study(path: Path) -> None:
     """
     with _locked(Path(path)) as file:
         header = file.read(72)
-        if not header.startswith(b"SQLite format 3\x00") or int.from_bytes(header[68:72], "big") != STUDY_ID:
+        if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != STUDY_ID:
             raise InputRefused(f"'{path}' is no study, so it is not deleted; name another file")
         for each in (*beside(Path(path)), Path(path)):  # the study last: what is beside it must not outlive it
             each.unlink(missing_ok=True)

@@ -67,13 +67,11 @@ def write_study_report(
 def _verdict(study: StudyTable, results: Mapping[str, Indices | None]) -> str:
     """The first outcome that something moves, and what moves it; nothing where nothing does."""
     for name, one in results.items():
-        for best in one.movers(1) if one is not None else []:
-            much = (
-                f"{100 * one.strength[best]:.0f} % of its variance"
-                if one.are_shares
-                else f"index {one.strength[best]:.2f}, no share of variance"
-            )
-            return f" {label(name).capitalize()} is moved most by {label(study.plan.factors[best].name)} ({much})."
+        if one is None or not (best := one.movers(1)):
+            continue
+        much = one.strength[best[0]]
+        share = f"{100 * much:.0f} % of its variance" if one.are_shares else f"index {much:.2f}, no share of variance"
+        return f" {label(name).capitalize()} is moved most by {label(study.plan.factors[best[0]].name)} ({share})."
     return ""
 
 

@@ -90,9 +90,7 @@ def order_of(table: StudyTable, results: Mapping[str, Indices | None]) -> list[i
 
 def strongest(one: Indices | None, count: int, order: Sequence[int]) -> list[int]:
     """The factors that move an outcome most; those of ``order`` where that is not known."""
-    if one is None:
-        return list(order[:count])
-    return np.argsort(-np.nan_to_num(one.strength), kind="stable")[:count].tolist()
+    return list(order if one is None else one.ranked())[:count]
 
 
 def part_of(table: StudyTable) -> str:
