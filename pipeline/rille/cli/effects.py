@@ -133,9 +133,8 @@ def tell_idle_effect(effect: "Effect") -> None:
     amplitudes = [p for p in store.find_effect_kind(effect.kind).parameters if p.amplitude]
     if amplitudes and not any(effect.parameters.get(p.name) for p in amplitudes):
         usual = " ".join(f"--set {p.name}={p.typical:g}" for p in amplitudes)
-        say(
-            f"{effect.kind} does nothing while {' and '.join(p.name for p in amplitudes)} {'is' if len(amplitudes) == 1 else 'are'} 0; usual is {usual} (SI)"
-        )
+        names = " and ".join(p.name for p in amplitudes) + (" is" if len(amplitudes) == 1 else " are")
+        say(f"{effect.kind} does nothing while {names} 0; usual is {usual} (SI)")
 
 
 def parse_values(texts: list[str]) -> dict[str, object]:
