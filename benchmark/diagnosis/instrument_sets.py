@@ -3,7 +3,8 @@
 import numpy as np
 
 from rille.model.recording import ANGLES, QUANTITIES, unit_of
-from rille.proof.sensors import COMMANDED, HIDES_NOISE, JITTER, TOLD_DELAY, sensor_rows
+from rille.model.rover import COMMAND_QUANTITIES
+from rille.proof.sensors import HIDES_NOISE, JITTER, TOLD_DELAY, sensor_rows
 from rille.proof.subject import Subject
 from rille.recording.instrument import CommandLog, Instrument, Instruments, SampleClock
 
@@ -48,7 +49,7 @@ def instruments(subject: Subject, rng: np.random.Generator) -> tuple[Instruments
         )
     logs = []
     for drive in subject.rover.drives:
-        quantity = QUANTITIES[COMMANDED[drive.mode]]
+        quantity = QUANTITIES[COMMAND_QUANTITIES[drive.mode]]
         logs.append(
             CommandLog(column=f"{drive.name}_command", drive=drive.name, quantity=quantity.name, target=drive.joint, unit=quantity.units[0])
         )
