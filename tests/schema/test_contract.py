@@ -206,6 +206,25 @@ def test_check_names_what_does_not_hang_together(database):
         assert word in problems
 
 
+@pytest.mark.parametrize(
+    ("target", "parameters", "words"),
+    [
+        ("wheel_front_left", '{"torque": -1}', "must lie in"),
+        ("nowhere", '{"torque": 0.1}', "which the model does not have"),
+        ("*", "[1]", "give a JSON object"),
+        ("*", '{"torque": "much"}', "give a number in N m"),
+    ],
+)
+def test_check_names_effects_that_every_run_refuses(database, target, parameters, words):
+    """Written by SQL, past the store's own refusals."""
+    store.write_rover(database, cart(5.0, 0.15, 0.165))
+    with closing(sqlite3.connect(database)) as connection:
+        law = "SELECT id, ?, ? FROM effect_kind WHERE name = 'coulomb_friction'"
+        connection.execute(f"INSERT INTO effect (effect_kind_id, target, parameters) {law}", (target, parameters))
+        connection.commit()
+    assert words in " ".join(store.check(database))
+
+
 def damaged(tmp_path, database):
     """Files that are no database of this version, by name."""
     files = {name: tmp_path / f"{name}.db" for name in ("text", "foreign", "newer", "truncated", "empty")}

@@ -59,7 +59,7 @@ def hooked_run(
         status, message = "interrupted", f"interrupted at t = {run.simulation.time:.3f} s; the results so far are readable"
         run.finish("done", message)
     wall = clock.perf_counter() - began
-    for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)):
+    for sentence in simulate.unheeded(rover, store.read_scenario(database, name)):
         say(f"warning: {sentence}")
     return RunResult(
         run_id=run.id,

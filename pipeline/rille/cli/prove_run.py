@@ -270,7 +270,7 @@ def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> N
 
 def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
     """Rooms that are wanted and gone, made again. Ledger and vault are all that must be kept to go on: beacon, or sheet, and truths make
-    the rest, and digests that were sealed show that it is the same.
+    the rest, and digests that were sealed show that it is the same: to the last bit, which asks for the same kind of processor.
     """
     from rille import store
     from rille.model import InputRefused
@@ -292,8 +292,10 @@ def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]")
         if files_digest(part) != recordings[number]:
             shutil.rmtree(part)
             raise InputRefused(
-                f"trial {number} was made again, and its files are not those that were sealed: this is another version of rille, or of its"
-                f" libraries; go on with {ledger.plan.version}, or begin anew with another -o"
+                f"trial {number} was made again, and its files are not those that were sealed: this is another version of rille or of its"
+                f" libraries, or another kind of processor (with or without AVX-512, NumPy rounds differently); go on with"
+                f" {ledger.plan.version} on such a machine as sealed them, with the folder '{folder / ROOMS}' if it is kept, or begin anew"
+                " with another -o"
             )
         part.rename(rooms[number])
 

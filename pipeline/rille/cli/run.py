@@ -50,7 +50,7 @@ def run(
         new = sheet.name not in store.scenario_names(database)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
-    for sentence in simulate.beyond_reach(rover, store.read_scenario(database, name)) if hooks is None else ():
+    for sentence in simulate.unheeded(rover, store.read_scenario(database, name)) if hooks is None else ():
         say(f"warning: {sentence}")  # of hooks, what they command is known when they have run
     try:
         with progress("simulating") as update:

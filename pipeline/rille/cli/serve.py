@@ -6,12 +6,15 @@ import os
 import secrets
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rille.cli.live_stage import live_scenario, live_stage
 from rille.cli.talk import Json, print_json, say
+
+if TYPE_CHECKING:
+    import socket
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 SHORTEST_TOKEN = 16
@@ -48,6 +51,7 @@ def serve(
     from rille.live.session import Session
     from rille.view import scene3d
 
+    listening = _listening(host, port)
     token = _token(host, token_file)
     base = live_scenario(database, scenario, step)
     rover = store.read_rover(database)
@@ -62,7 +66,7 @@ def serve(
     hosts = None if host not in LOOPBACK else frozenset(LOOPBACK)
     app = make_app(session, show, token=token, hosts=hosts)
     try:
-        return _serve(app, host, port, token is not None, open_page, as_json)
+        return _serve(app, host, listening, token is not None, open_page, as_json)
     finally:
         session.close()
 
@@ -100,13 +104,16 @@ def _collect_what_viewers_leave() -> None:
     gc.set_threshold(700, 10, 10)
 
 
-def _serve(app: Any, host: str, port: int, needs_token: bool, open_page: bool, as_json: bool) -> int:
-    """Listen until Ctrl-C."""
+def _listening(host: str, port: int) -> "socket.socket":
+    """A socket that listens on that address: who reads it and comes before the server is up waits.
+
+    Raises
+    ------
+    InputRefused : if host is no address of this machine, or the port is taken or not allowed.
+    """
+    import errno
     import socket
 
-    import uvicorn
-
-    from rille.live.guard import MOST_BYTES
     from rille.model import InputRefused
 
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -114,9 +121,22 @@ def _serve(app: Any, host: str, port: int, needs_token: bool, open_page: bool, a
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((host, port))
-        listening.listen(BACKLOG)  # who reads the address and comes before the server is up waits
+        listening.listen(BACKLOG)
     except OSError as error:
+        listening.close()
+        if isinstance(error, socket.gaierror) or error.errno == errno.EADDRNOTAVAIL:
+            refused = f"'{host}' is no address of this machine: {error.strerror}; give --host 127.0.0.1, or 0.0.0.0 for all that it has"
+            raise InputRefused(refused) from None
         raise InputRefused(f"{host}:{port} cannot be listened on: {error.strerror}; choose another --port, 0 for any") from None
+    return listening
+
+
+def _serve(app: Any, host: str, listening: "socket.socket", needs_token: bool, open_page: bool, as_json: bool) -> int:
+    """Listen until Ctrl-C."""
+    import uvicorn
+
+    from rille.live.guard import MOST_BYTES
+
     port = listening.getsockname()[1]
     name = f"[{host}]" if ":" in host else host
     address = f"http://{name}:{port}/"

@@ -11,6 +11,7 @@ from rille.model import Effect, EffectKind, EffectParameter, InputRefused, neare
 from rille.store.database import insert, reading, schema_folder, writing
 
 EXPRESSION_KEYS = ("formula", "output", "constants", "target_kind")
+EFFECTS = "SELECT name, effect.target, parameters FROM effect JOIN effect_kind ON effect_kind.id = effect_kind_id ORDER BY effect.id"
 
 
 @cache
@@ -102,6 +103,14 @@ def add_effect(path: Path, effect: Effect) -> None:
 def insert_effect(connection: sqlite3.Connection, effect: Effect) -> None:
     """Write one effect into a database that is open already."""
     check_effect(effect)
+    _require_target(connection, effect)
+    key = _key_of_law(connection, effect.kind)
+    row = {"effect_kind_id": key, "target": effect.target, "parameters": json.dumps(dict(effect.parameters))}
+    insert(connection, "effect", f"effect '{effect.kind}'", row)
+
+
+def _require_target(connection: sqlite3.Connection, effect: Effect) -> None:
+    """Refuse an effect on what the model does not have."""
     kind = find_effect_kind(effect.kind)
     target = effect.parameters.get("target_kind") if kind.target == "any" else kind.target
     if effect.target != "*" and target in ("wheel", "joint", "body", "sensor"):
@@ -113,9 +122,17 @@ def insert_effect(connection: sqlite3.Connection, effect: Effect) -> None:
             )
     if effect.target != "*" and target in ("terrain", "world"):
         raise InputRefused(f"the effect '{kind.name}' acts on the {target} as a whole, not on '{effect.target}'; leave its target out")
-    key = _key_of_law(connection, effect.kind)
-    row = {"effect_kind_id": key, "target": effect.target, "parameters": json.dumps(dict(effect.parameters))}
-    insert(connection, "effect", f"effect '{effect.kind}'", row)
+
+
+def effect_problems(connection: sqlite3.Connection) -> Iterator[str]:
+    """What is wrong with the effects of a database, which others may have written by SQL: each a sentence, as it would be refused."""
+    for row in connection.execute(EFFECTS).fetchall():
+        try:
+            effect = _effect(row)
+            check_effect(effect)
+            _require_target(connection, effect)
+        except InputRefused as refused:
+            yield str(refused)
 
 
 def _key_of_law(connection: sqlite3.Connection, kind: str) -> int:
@@ -145,7 +162,13 @@ def read_effects(path: Path) -> tuple[Effect, ...]:
 
 def effect_rows(connection: sqlite3.Connection) -> tuple[Effect, ...]:
     """The effects of a database that is open already, in their order."""
-    rows = connection.execute(
-        "SELECT name, effect.target, parameters FROM effect JOIN effect_kind ON effect_kind.id = effect_kind_id ORDER BY effect.id"
-    )
-    return tuple(Effect(kind=r["name"], target=r["target"], parameters=json.loads(r["parameters"])) for r in rows)
+    return tuple(_effect(row) for row in connection.execute(EFFECTS))
+
+
+def _effect(row: sqlite3.Row) -> Effect:
+    parameters = json.loads(row["parameters"])
+    if not isinstance(parameters, dict):
+        raise InputRefused(
+            f"the parameters of effect '{row['name']}' on '{row['target']}' are {row['parameters']}; give a JSON object, parameter -> value"
+        )
+    return Effect(kind=row["name"], target=row["target"], parameters=parameters)

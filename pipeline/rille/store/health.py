@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from rille.store.database import reading, schema_text
-from rille.store.effects import effect_rows
+from rille.store.effects import effect_problems, effect_rows
 from rille.store.soundness import problems, tables
 
 
@@ -17,8 +17,12 @@ def check(path: Path) -> list[str]:
     """
     with reading(path) as connection:
         unended = [row["id"] for row in connection.execute("SELECT id FROM run WHERE status = 'running'")]
-    return problems(path, schema_text()) + [
-        f"run {run} never ended: its program was killed or still runs; what it committed is readable" for run in unended
+        damage = problems(path, schema_text())
+        refused = [] if damage else list(effect_problems(connection))
+    return [
+        *damage,
+        *refused,
+        *(f"run {run} never ended: its program was killed or still runs; what it committed is readable" for run in unended),
     ]
 
 

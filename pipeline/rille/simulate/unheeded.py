@@ -1,0 +1,74 @@
+"""What a scenario asks for and a run does not do: the solver does in silence as much as it can."""
+
+from collections.abc import Iterator
+
+from rille.model import Drive, JointLimit, Pose, Rover, Scenario
+
+EXACT = 1e-9  # share of a bound by which the numbers of files miss it
+
+
+def unheeded(rover: Rover, scenario: Scenario) -> tuple[str, ...]:
+    """What is asked in vain, a sentence each: commands beyond what a drive can do, what comes after the end, the start of a machine that
+    the world holds.
+
+    The solver keeps commanded speeds within ``max_speed`` and efforts within ``max_torque``; a joint ends at its stops.
+    """
+    return (*_beyond_reach(rover, scenario), *_after_the_end(scenario), *_start_in_vain(rover, scenario))
+
+
+def _after_the_end(scenario: Scenario) -> Iterator[str]:
+    """Commands, and changes of state, of which the first is told."""
+    for what, late in (
+        ("command", [(c.time, f"drive '{c.drive}'") for c in scenario.commands if c.time > scenario.duration]),
+        ("change", [(c.time, f"'{c.target}'") for c in scenario.changes if c.time > scenario.duration]),
+    ):
+        if late:
+            time, of = min(late)
+            count = f"1 {what} comes" if len(late) == 1 else f"{len(late)} {what}s come"
+            yield (
+                f"{count} after the end of scenario '{scenario.name}' at {scenario.duration:g} s, the first of {of} at {time:g} s; "
+                "give a longer duration"
+            )
+
+
+def _start_in_vain(rover: Rover, scenario: Scenario) -> Iterator[str]:
+    held = next((joint for joint in rover.joints if joint.parent is None), None)
+    moved = scenario.start != Pose() or any(scenario.start_velocity) or any(scenario.start_angular_velocity)
+    if held is not None and moved:
+        yield (
+            f"joint '{held.name}' hangs '{held.child}' on the world, so the start of scenario '{scenario.name}' (position, heading, "
+            "velocity) moves nothing; where joints start is said by its [[initial_state]]"
+        )
+
+
+def _beyond_reach(rover: Rover, scenario: Scenario) -> Iterator[str]:
+    """For each drive that is commanded beyond its speed, its torque, or the range of its joint, the first such command."""
+    limits = {joint.name: joint.limit for joint in rover.joints}
+    units = rover.drive_units
+    for drive in rover.drives:
+        bound, what = _bound(drive, limits[drive.joint])
+        if bound is None:
+            continue
+        lower, upper = bound
+        spare = EXACT * max(abs(lower), abs(upper))
+        for command in sorted((c for c in scenario.commands if c.drive == drive.name), key=lambda c: c.time):
+            if lower - spare <= command.value <= upper + spare:
+                continue
+            most = upper if command.value > upper else lower
+            unit = units[drive.name]
+            yield (
+                f"drive '{drive.name}' is commanded {command.value:g} {unit} at {command.time:g} s, beyond {what}, {most:g} {unit}; "
+                "it does no more than that"
+            )
+            break
+
+
+def _bound(drive: Drive, limit: JointLimit | None) -> tuple[tuple[float, float] | None, str]:
+    """The range of the commands that a drive can follow, and its name."""
+    if drive.mode == "torque":
+        return (-drive.max_torque, drive.max_torque), "its max_torque"
+    if drive.mode == "speed" and drive.max_speed is not None:
+        return (-drive.max_speed, drive.max_speed), "its max_speed"
+    if drive.mode == "position" and limit is not None:
+        return (limit.lower, limit.upper), f"the range of joint '{drive.joint}'"
+    return None, ""
