@@ -293,7 +293,7 @@ def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]")
             shutil.rmtree(part)
             raise InputRefused(
                 f"trial {number} was made again, and its files are not those that were sealed: this is another version of rille or of its"
-                f" libraries, or another kind of processor (with or without AVX-512, NumPy rounds differently); go on with"
+                " libraries, or another kind of processor (with or without AVX-512, NumPy rounds differently); go on with"
                 f" {ledger.plan.version} on such a machine as sealed them, with the folder '{folder / ROOMS}' if it is kept, or begin anew"
                 " with another -o"
             )
