@@ -7,6 +7,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 from contextlib import closing
 from pathlib import Path
@@ -209,6 +210,23 @@ def wait_until_it_runs(model):
     deadline = time.monotonic() + 60
     while not store.list_runs(model) and time.monotonic() < deadline:
         time.sleep(0.1)
+
+
+INTERRUPTS = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == "rille.cli.sweep":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+from rille.cli import main
+main()
+"""
+
+
+def test_ctrl_c_while_python_reads_modules_is_a_sentence():
+    done = subprocess.run([sys.executable, "-c", INTERRUPTS], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (130, "rille: interrupted before anything was begun\n")
 
 
 def test_ctrl_c_on_a_terminal_is_130_and_keeps_the_run(model):

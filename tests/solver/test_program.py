@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from machines import cart, plane
-from rille import store
+from rille import __version__, store
 from rille.model import Command, Pose, Scenario
 from rille.simulate.run import find_solver
 
@@ -187,4 +187,4 @@ def test_usage_errors_are_code_2_and_help_is_0():
     assert solver("run").returncode == 2
     assert solver("dance").returncode == 2
     assert solver("--help").returncode == 0
-    assert f"schema {store.schema_version()}" in solver("version").stdout
+    assert solver("version").stdout == f"rille-solver {__version__} (schema {store.schema_version()})\n"

@@ -1,6 +1,7 @@
 """Carrying out: every item ends as one result, whatever happens to workers."""
 
 import os
+import platform
 import signal
 import tempfile
 import time
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rille.model import MachineFailed
+from rille.model.process import SAME_ROUNDING
 from rille.model.study import lost_case
 from rille.study import design_cases
 from rille.work import LocalPool, carry_out, opened_pool
@@ -63,6 +65,24 @@ def test_workers_leave_each_other_their_processors(monkeypatch):
             assert carry_out(pool, range(2), 2, kept.extend, lost=lost_case)
         assert kept == [wanted, wanted]
         assert os.environ.get("OPENBLAS_NUM_THREADS") == given
+
+
+def features_of_numpy(items):
+    """For each item which instructions of AVX-512 NumPy takes, and the kernels that OpenBLAS is to take."""
+    import numpy as np
+
+    used = [name for name, there in np._core._multiarray_umath.__cpu_features__.items() if there and name in ("X86_V4", "AVX512_ICL")]
+    return [(used, os.environ.get("OPENBLAS_CORETYPE")) for _ in items]
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="these variables are about x86-64")
+def test_workers_round_as_on_any_other_machine():
+    """The variables reach NumPy in the processes, not this one."""
+    kept = []
+    with opened_pool(features_of_numpy, 1, None, SAME_ROUNDING) as pool:
+        assert carry_out(pool, range(2), 2, kept.extend, lost=lost_case)
+    assert kept == [([], "Haswell")] * 2
+    assert "NPY_DISABLE_CPU_FEATURES" not in os.environ
 
 
 @dataclass(frozen=True)

@@ -159,11 +159,13 @@ def trial(
     Example: rille prove trial proof/ledger.db 17 -o trial17
     """
     from rille import store
-    from rille.cli.prove_run import make_trial
+    from rille.cli.prove_run import make_trials
     from rille.model import InputRefused
+    from rille.model.process import SAME_ROUNDING
     from rille.proof.seal import files_digest
     from rille.proof.strength import Unreachable
     from rille.proof.trials import Trial
+    from rille.work import opened_pool
 
     held = store.read_ledger(ledger)
     truth = next((json.loads(t.text) for t in held.truths if t.trial == number), None)
@@ -175,14 +177,18 @@ def trial(
     if truth["sort"] == "real":
         raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
     try:
-        _, files, again = make_trial(Trial.of(truth), truth)
+        with opened_pool(make_trials, 1, None, SAME_ROUNDING) as pool:
+            ((_, files, again),) = pool.submit([(Trial.of(truth), truth)]).result().results
     except Unreachable as error:
         raise InputRefused(f"{error}: another state of rille made it (version {held.plan.version}); check that one out") from None
     output.mkdir(parents=True)
     for name, content in files.items():
         (output / name).write_bytes(content)
     if files_digest(output) != next(t.recording for t in held.trials if t.number == number):
-        say(f"these are not the files that were sealed: another state of rille made those (version {held.plan.version})")
+        say(
+            f"these are not the files that were sealed: another state of rille made those (version {held.plan.version}), or a processor"
+            " that rounds differently"
+        )
     (output / "truth.json").write_text(json.dumps(again, indent=2) + "\n", encoding="utf-8")
     answer = next((a for a in held.answers if a.trial == number), None)
     if answer is not None:

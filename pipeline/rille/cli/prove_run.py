@@ -10,9 +10,11 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rille.cli.talk import say
+from rille.model.process import SAME_ROUNDING
 
 if TYPE_CHECKING:
     from rille.cli.prove_answering import Given
@@ -99,8 +101,17 @@ class _Place:
     scheduler: str | None
     until: float
 
-    def each(self, what: str, work: Any, items: Iterable[Any], count: int, finish: Callable[[Any], None], lost: Any) -> bool:
-        """Do all items, one at a time and worker. Whether all are done. lost : as of ``carry_out``."""
+    def each(
+        self,
+        what: str,
+        work: Any,
+        items: Iterable[Any],
+        count: int,
+        finish: Callable[[Any], None],
+        lost: Any,
+        variables: Mapping[str, str] = MappingProxyType({}),
+    ) -> bool:
+        """Do all items, one at a time and worker. Whether all are done. lost : as of ``carry_out``. variables : as of ``opened_pool``."""
         from rille.work import carry_out, opened_pool
 
         begin = time.monotonic()
@@ -117,7 +128,7 @@ class _Place:
             return True
         if time.monotonic() >= self.until:
             return False
-        with opened_pool(work, min(self.workers, count), self.scheduler) as pool:
+        with opened_pool(work, min(self.workers, count), self.scheduler, variables) as pool:
             return carry_out(pool, items, count, keep, lost=lost, tell=tell, ahead=1, until=self.until)
 
 
@@ -125,7 +136,9 @@ class _Place:
 
 
 def make_trials(asked: "Sequence[tuple[Trial | RealTrial, Mapping[str, Any] | None]]") -> list[tuple[int, Files, Mapping[str, Any]]]:
-    """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker."""
+    """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker; where it is to make the same
+    files to the last bit as elsewhere, under the variables SAME_ROUNDING.
+    """
     from rille.cli.prove_real import make_real_trial
 
     return [
@@ -199,7 +212,7 @@ def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") ->
         elif not (folder / ROOMS / f"{trial.number:03d}").exists():
             waiting.append((trial, json.loads(known.read_text(encoding="utf-8"))))
     waiting.sort(key=lambda one: _is_quick(one[0]))
-    return place.each("made", make_trials, waiting, len(waiting), keep, _not_made)
+    return place.each("made", make_trials, waiting, len(waiting), keep, _not_made, SAME_ROUNDING)
 
 
 def _is_quick(trial: "Trial | RealTrial") -> tuple[bool, bool]:
@@ -270,7 +283,7 @@ def _seal(folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> N
 
 def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") -> bool:
     """Rooms that are wanted and gone, made again. Ledger and vault are all that must be kept to go on: beacon, or sheet, and truths make
-    the rest, and digests that were sealed show that it is the same: to the last bit, which asks for the same kind of processor.
+    the rest, and digests that were sealed show that it is the same, to the last bit (SAME_ROUNDING).
     """
     from rille import store
     from rille.model import InputRefused
@@ -293,7 +306,7 @@ def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]")
             shutil.rmtree(part)
             raise InputRefused(
                 f"trial {number} was made again, and its files are not those that were sealed: this is another version of rille or of its"
-                " libraries, or another kind of processor (with or without AVX-512, NumPy rounds differently); go on with"
+                " libraries, or a processor that rounds differently (x86-64 with AVX2 all round alike); go on with"
                 f" {ledger.plan.version} on such a machine as sealed them, with the folder '{folder / ROOMS}' if it is kept, or begin anew"
                 " with another -o"
             )
@@ -301,7 +314,7 @@ def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]")
 
     if waiting:
         say(f"{len(waiting)} rooms are gone; their trials are made again")
-    return place.each("made again", make_trials, waiting, len(waiting), keep, _not_made)
+    return place.each("made again", make_trials, waiting, len(waiting), keep, _not_made, SAME_ROUNDING)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import platform
 import signal
 import sys
 from collections.abc import Iterator, Mapping
@@ -9,6 +10,14 @@ from contextlib import contextmanager
 
 ONE_THREAD: Mapping[str, str] = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 """Variables that keep linear algebra to one processor, where as many processes work as there are processors."""
+SAME_ROUNDING: Mapping[str, str] = (
+    {"OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
+    if platform.machine() in ("x86_64", "AMD64")
+    else {}
+)
+"""Variables under which a process whose Python has not imported NumPy yet rounds as on any x86-64 processor with AVX2: with AVX-512 the
+``exp`` and ``log`` of NumPy and the products of OpenBLAS differ in the last digit.
+"""
 PARENT_DEATH_SIGNAL = 1  # of prctl(2)
 
 

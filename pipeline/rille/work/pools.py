@@ -5,13 +5,14 @@ import os
 import pickle
 import signal
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from rille.model import InputRefused
@@ -133,18 +134,20 @@ class ClusterPool(Generic[Item, Result]):
 
 @contextmanager
 def opened_pool(
-    work: Work[Item, Result], workers: int, scheduler: str | None
+    work: Work[Item, Result], workers: int, scheduler: str | None, variables: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[LocalPool[Item, Result] | ClusterPool[Item, Result]]:
     """Processes of this machine, or the workers of the cluster at ``scheduler`` (tcp://HOST:PORT), for as long as they are needed.
 
-    work : does a batch of items; it is pickled, as are items and results, so that no common disk is needed.
+    work : does a batch of items; it is pickled, as are items and results, so that no common disk is needed. variables : of the environment
+    of processes of this machine; workers of a cluster keep theirs.
 
     Raises
     ------
     InputRefused : if there is no cluster.
     """
     if scheduler is None:
-        with environment({name: os.environ.get(name, value) for name, value in ONE_THREAD.items()}):  # who sets another number gets it
+        threads = {name: os.environ.get(name, value) for name, value in ONE_THREAD.items()}  # who sets another number gets it
+        with environment({**threads, **variables}):
             pool = LocalPool(work, workers)
             try:
                 yield pool
