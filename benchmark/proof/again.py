@@ -18,6 +18,7 @@ from opened import Line, opened, run
 
 from rille.cli.prove_answering import answer_files
 from rille.cli.prove_run import make_trial
+from rille.model.process import SAME_ROUNDING
 from rille.proof.scoring import score, score_answer
 from rille.proof.strength import Unreachable
 from rille.proof.trials import Trial
@@ -108,7 +109,7 @@ def main() -> None:
     for number in sorted(before.keys() & now.keys()):
         print(compared(before[number], now[number]))
     if waiting:
-        with opened_pool(answered_again, min(given.workers, len(waiting)), None) as pool:
+        with opened_pool(answered_again, min(given.workers, len(waiting)), None, SAME_ROUNDING) as pool:
             carry_out(pool, waiting, len(waiting), keep, lost=lost, ahead=1)
     changes = Counter(change(before[number], now[number]) for number in before.keys() & now.keys())
     print(f"{changes.total()} of {len(asked)} trials: " + ", ".join(f"{count} {what}" for what, count in changes.most_common()))

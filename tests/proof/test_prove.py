@@ -13,12 +13,14 @@ import pytest
 
 from rille import store
 from rille.cli import prove_run
-from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, make_trial, prove
+from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, make_trial, make_trials, prove
 from rille.cli.prove_score import score_ledger
 from rille.model import InputRefused
+from rille.model.process import SAME_ROUNDING
 from rille.proof.seal import files_digest
 from rille.proof.strength import Unreachable
 from rille.proof.trials import Extent, Trial, plan
+from rille.work import opened_pool
 
 RILLE = Path(sys.executable).parent / "rille"
 TWO = Extent(counts={"one": 1, "nothing": 1}, machines=("pendulum",))
@@ -128,9 +130,12 @@ def test_what_was_made_before_is_made_again_without_a_search(proof, monkeypatch)
     truth = next(json.loads(t.text) for t in held.truths if json.loads(t.text)["sort"] == "one")
     trial = Trial(**{name: truth[name] for name in ("number", "sort", "machine", "strength", "beacon", "draw")})
     monkeypatch.setattr("rille.proof.making.find_size", lambda *_: pytest.fail("a size was looked for"))
-    number, files, again = make_trial(replace(trial, draw=0), truth)
+    number, _, again = make_trial(replace(trial, draw=0), truth)
     assert (number, again) == (truth["number"], truth)
-    assert set(files) == {file.name for file in (proof / ROOMS / f"{number:03d}").iterdir()}  # the bytes: with SAME_ROUNDING, below
+    with opened_pool(make_trials, 1, None, SAME_ROUNDING) as pool:
+        ((_, files, _),) = pool.submit([(trial, truth)]).result().results
+    room = proof / ROOMS / f"{number:03d}"
+    assert files == {name: (room / name).read_bytes() for name in files}
     with pytest.raises(Unreachable, match="does not conceal"):
         make_trial(trial, {**truth, "pieces": []})
 

@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rille.cli.talk import say
@@ -25,6 +24,8 @@ LEDGER, VAULT, ROOMS, TRUTHS, AGREEMENT = "ledger.db", "vault.json", "rooms", "t
 PRIVATE = 0o600
 
 Files = Mapping[str, bytes]
+Waiting = Sequence[tuple["Trial | RealTrial", Mapping[str, Any] | None]]
+"""Trials that are to be made, each with its truth, if it is known."""
 
 
 def prove(
@@ -109,7 +110,7 @@ class _Place:
         count: int,
         finish: Callable[[Any], None],
         lost: Any,
-        variables: Mapping[str, str] = MappingProxyType({}),
+        variables: Mapping[str, str] | None = None,
     ) -> bool:
         """Do all items, one at a time and worker. Whether all are done. lost : as of ``carry_out``. variables : as of ``opened_pool``."""
         from rille.work import carry_out, opened_pool
@@ -131,13 +132,17 @@ class _Place:
         with opened_pool(work, min(self.workers, count), self.scheduler, variables) as pool:
             return carry_out(pool, items, count, keep, lost=lost, tell=tell, ahead=1, until=self.until)
 
+    def make(self, what: str, waiting: "Waiting", keep: "Callable[[tuple[int, Files, Mapping[str, Any]]], None]") -> bool:
+        """Make trials, for the first time or again: with the same bits. Whether all are done."""
+        return self.each(what, make_trials, waiting, len(waiting), keep, _not_made, SAME_ROUNDING)
+
 
 # --- made
 
 
-def make_trials(asked: "Sequence[tuple[Trial | RealTrial, Mapping[str, Any] | None]]") -> list[tuple[int, Files, Mapping[str, Any]]]:
-    """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker; where it is to make the same
-    files to the last bit as elsewhere, under the variables SAME_ROUNDING.
+def make_trials(asked: "Waiting") -> list[tuple[int, Files, Mapping[str, Any]]]:
+    """Of each trial (with its truth, if it is known) its number, its files and its truth. Runs on any worker; under SAME_ROUNDING where
+    the files are to be those that were made elsewhere, to the last bit.
     """
     from rille.cli.prove_real import make_real_trial
 
@@ -212,7 +217,7 @@ def _make(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]") ->
         elif not (folder / ROOMS / f"{trial.number:03d}").exists():
             waiting.append((trial, json.loads(known.read_text(encoding="utf-8"))))
     waiting.sort(key=lambda one: _is_quick(one[0]))
-    return place.each("made", make_trials, waiting, len(waiting), keep, _not_made, SAME_ROUNDING)
+    return place.make("made", waiting, keep)
 
 
 def _is_quick(trial: "Trial | RealTrial") -> tuple[bool, bool]:
@@ -306,7 +311,7 @@ def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]")
             shutil.rmtree(part)
             raise InputRefused(
                 f"trial {number} was made again, and its files are not those that were sealed: this is another version of rille or of its"
-                " libraries, or a processor that rounds differently (x86-64 with AVX2 all round alike); go on with"
+                " libraries, or a processor that rounds differently; go on with"
                 f" {ledger.plan.version} on such a machine as sealed them, with the folder '{folder / ROOMS}' if it is kept, or begin anew"
                 " with another -o"
             )
@@ -314,7 +319,7 @@ def _restore(place: _Place, folder: Path, trials: "Sequence[Trial | RealTrial]")
 
     if waiting:
         say(f"{len(waiting)} rooms are gone; their trials are made again")
-    return place.each("made again", make_trials, waiting, len(waiting), keep, _not_made, SAME_ROUNDING)
+    return place.make("made again", waiting, keep)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import get_context
 from time import perf_counter
-from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from rille.model import InputRefused
@@ -134,7 +133,7 @@ class ClusterPool(Generic[Item, Result]):
 
 @contextmanager
 def opened_pool(
-    work: Work[Item, Result], workers: int, scheduler: str | None, variables: Mapping[str, str] = MappingProxyType({})
+    work: Work[Item, Result], workers: int, scheduler: str | None, variables: Mapping[str, str] | None = None
 ) -> Iterator[LocalPool[Item, Result] | ClusterPool[Item, Result]]:
     """Processes of this machine, or the workers of the cluster at ``scheduler`` (tcp://HOST:PORT), for as long as they are needed.
 
@@ -147,7 +146,7 @@ def opened_pool(
     """
     if scheduler is None:
         threads = {name: os.environ.get(name, value) for name, value in ONE_THREAD.items()}  # who sets another number gets it
-        with environment({**threads, **variables}):
+        with environment(threads | dict(variables or {})):
             pool = LocalPool(work, workers)
             try:
                 yield pool
