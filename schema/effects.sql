@@ -89,7 +89,7 @@ WITH catalogue (kind, name, unit, amplitude, search, lower, upper, typical, spre
   ('load_friction', 'coefficient', '1', 1, 'local', 0, 0.9, 0.1, 0.1, 'friction per transmitted effort'),
   ('backlash', 'gap', 'rad', 1, 'local', 0, 0.5, 0.01, 0.01, 'full play'),
   ('backlash', 'stiffness', 'N m/rad', 0, 'scale', 1, 1000000000.0, 1000000.0, 1000000.0, 'of the teeth'),
-  ('backlash', 'damping', 'N m s/rad', 0, 'fixed', 0, 1000000.0, 100, 100, 'of the teeth'),
+  ('backlash', 'damping', 'N m s/rad', 0, 'scale', 0, 1000000.0, 100, 100, 'of the teeth'),
   ('backlash', 'rotor_inertia', 'kg m^2', 0, 'scale', 1e-09, 1000.0, 1e-05, 0.01, 'of the motor at the joint, on top of its own; counts for torque drives'),
   ('joint_elasticity', 'compliance', 'rad/(N m)', 1, 'local', 0, 1, 0.001, 0.001, 'twist per torque'),
   ('joint_elasticity', 'damping', 'N m s/rad', 0, 'scale', 0, 1000000.0, 0.5, 0.5, 'of the transmission'),

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rille.diagnosis.answer.prove import _left, _touched, carries_over, none_by
+from rille.diagnosis.answer.prove import _gap_of, _left, _touched, carries_over, none_by
 from rille.model.diagnosis import Gap, Proof
 
 
@@ -26,6 +26,28 @@ from rille.model.diagnosis import Gap, Proof
 def test_an_answer_must_hold_for_what_was_held_out(before, gap, high, expected):
     proof = Proof(gap_closed=gap, low=gap - 0.2, high=high, before=before, after=1.0, floor=1.0, held_out="'held_out'")
     assert carries_over(proof) is expected
+
+
+@pytest.mark.parametrize(("likelier", "expected"), [(-4.0, True), (-6.0, False), (3.0, True), (np.nan, True)])
+def test_an_answer_does_not_make_what_was_held_out_less_likely(likelier, expected):
+    """A law that is right and changes chi-squared by d lowers it by d +- 2 sqrt(d): that it rises by 10 is 3.2 sigma, whatever d."""
+    proof = Proof(gap_closed=np.nan, low=np.nan, high=np.nan, before=0.98, after=0.99, floor=1.0, held_out="h", likelier=likelier)
+    assert carries_over(proof) is expected
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "floor", "likelier"),
+    [
+        (1000.0, 900.0, 1.0, 50.0),
+        (900.0, 1000.0, 1.0, -50.0),
+        (1000.0, 900.0, 1.25, 40.0),  # the noise is understated
+        (9000.0, 8000.0, 1.0, 500.0 / 8.0),  # the better of both leaves eight times the noise
+    ],
+)
+def test_how_much_likelier_what_was_held_out_is(before, after, floor, likelier):
+    """Half of what chi-squared of 1000 degrees falls by, in terms of what noise gives."""
+    sizes = [np.array([np.full(4, chi2 / 4), np.full(4, 250.0)]) for chi2 in (before, after)]
+    assert _gap_of(*sizes, floor).likelier == pytest.approx(likelier)
 
 
 def test_several_pieces_must_close_some_of_the_gap():

@@ -80,3 +80,15 @@ def test_what_says_nothing_does_not_come_to_the_front_by_a_trifle(monkeypatch):
         held = recorded((DRAG,), seconds=10, seed=5)
         names.append(after(replace(found, ranked=rows), monkeypatch, held).ranked[0].title)
     assert names == ["quadratic of left", "viscous of left"]
+
+
+@pytest.mark.parametrize(("behind", "first"), [(2.0, "limit of left"), (5.0, "limit of *")])
+def test_a_law_at_all_targets_gives_way_to_the_same_at_one_unless_it_predicts_better(monkeypatch, behind, first):
+    """Only the left cart meets its limit, in what was held out, too: there both say the same."""
+    truth = (named("limit", "left", inverse=0.21),)
+    found = search(recorded(truth, seconds=10), [h for h in catalogue() if h.kind == "limit"])
+    (row,) = [row for row in found.ranked if row.title == "limit of left"]
+    everywhere = tuple(replace(one, term=named("limit", "*", **one.term.numbers)) for one in row.terms)
+    ranked = (replace(row, title="limit of *", terms=everywhere, group=0), replace(row, behind=behind, group=0))
+    before = replace(found, verdict="group", ranked=ranked, groups=())
+    assert after(before, monkeypatch, recorded(truth, seconds=10, seed=5)).ranked[0].title == first

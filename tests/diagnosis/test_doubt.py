@@ -110,6 +110,23 @@ def test_a_wider_law_takes_the_place_of_the_one_that_it_contains(excess, wider):
         assert state.judge.chi2 < under.chi2
 
 
+@pytest.mark.parametrize(
+    ("conditioning", "with_shape", "vagueness"),
+    [(0.999, False, False), (0.9, False, True), (0.999, True, True)],
+)
+def test_amplitudes_that_are_told_only_together_are_told(conditioning, with_shape, vagueness):
+    """An offset in two directions that do nearly the same: each may be nothing if the other is larger, 0.3 +- 4. If the other were known
+    it would be 0.3 +- 4 sqrt(1 - c^2): 0.18 or 1.7. A law with a shape beside them bends to other shapes.
+    """
+    free = [number("x", lower=-9.0, upper=9.0), number("y", lower=-9.0, upper=9.0)]
+    estimates = [Estimate(name=n.name, unit="m", value=0.3, low=-3.7, high=4.3, conditioning=conditioning) for n in free]
+    if with_shape:
+        free.append(number("length", amplitude=False))
+        estimates.append(Estimate(name="length", unit="m", value=0.3, low=0.1, high=9.0))
+    term = effect("offset", "left", *free).at({n.name: 0.3 for n in free})
+    assert bool(vague([NamedTerm(term=term, estimates=tuple(estimates))])) == vagueness
+
+
 @pytest.mark.parametrize(("low", "vagueness"), [(0.0, True), (0.01, False)])
 def test_a_law_without_any_number_that_is_told_is_vague(low, vagueness):
     """A cable that may be as soft as none, as long and anchored anywhere: what it does is seen, but not that it is one."""

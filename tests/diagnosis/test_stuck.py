@@ -87,6 +87,24 @@ def test_the_fault_is_the_diagnosis_where_nothing_else_differs():
     assert "while 'rate' moved" in told.sentence
 
 
+@pytest.mark.parametrize(
+    ("verdict", "differing", "blames"),
+    [
+        ("cannot_know", ("angle",), True),
+        ("cannot_know", (), True),
+        ("cannot_know", ("angle", "rate"), False),  # something else differs, too
+        ("unknown", ("angle",), False),  # a law without a name may explain it
+    ],
+)
+def test_the_fault_is_the_diagnosis_where_only_what_is_left_of_the_channel_differs(verdict, differing, blames):
+    _, stuck = without_stuck(parts(recording("one", 0.0, limit=0.8), recording("two", 1.0, limit=0.8)))
+    told = blamed(replace(made_diagnosis(), verdict=verdict), stuck, KINDS, differing)
+    assert told.verdict == ("sensor_fault" if blames else verdict)
+    if blames:
+        assert [row.title for row in told.ranked] == ["saturation of angle"]
+        assert told.groups == told.experiments == ()
+
+
 def test_beside_another_answer_it_is_a_note():
     _, stuck = without_stuck(parts(recording("one", 0.0, limit=0.8), recording("two", 1.0, limit=0.8)))
     other = made_diagnosis()

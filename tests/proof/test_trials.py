@@ -89,3 +89,12 @@ def test_what_needs_a_drive_is_concealed_only_where_one_is():
     friction = next(kind for kind in store.effect_kinds() if kind.name == "coulomb_friction")
     assert effect_targets(machine, lag) == (machine.rover.drives[0].joint,)
     assert effect_targets(machine, friction) == ("shoulder", "elbow")
+
+
+def test_a_transmission_is_concealed_where_its_rotor_weighs_nothing():
+    """The rotor behind a spring or a play has 1e-6 kg m^2: beside the 3.2e-5 of the arm's own motor that would be what is seen of it."""
+    machine = MAKERS["arm"](np.random.default_rng(1))
+    kinds = {kind.name: kind for kind in store.effect_kinds()}
+    assert "motor" in effect_targets(machine, kinds["motor_lag"])
+    for name in ("backlash", "joint_elasticity"):
+        assert effect_targets(machine, kinds[name]) == ("waist", "shoulder")

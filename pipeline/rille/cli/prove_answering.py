@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rille.model.ledger import AnswerStatus
     from rille.proof.room import Stay
 
-LIMIT = 1800.0  # [s] that an answer may take
+LIMIT = 3600.0  # [s] that an answer may take, on machines that are slow or shared, too
 LAST_WORDS = 2000  # characters of a failure that are kept
 MOST_RANKED = 12
 # What is kept of the answer: all that the score reads, and what a reader of the ledger wants to see.

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from rille.diagnosis.answer.data_problems import data_problems, took_no_part
@@ -23,6 +24,7 @@ from rille.diagnosis.evidence.window_length import LENGTHS
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_known
 from rille.diagnosis.hypotheses.natural import natural
 from rille.diagnosis.hypotheses.tries import place_tries
+from rille.diagnosis.inference.doubt import DOUBTED
 from rille.diagnosis.inference.found import Found, with_doubt
 from rille.diagnosis.inference.nameless import beside_nameless
 from rille.diagnosis.inference.patches import patch_tries, window_places
@@ -105,13 +107,14 @@ def diagnose(
 
     like: dict[str, Any] = {"noise": noise, "window": window, "rough": rough}
     look = _diagnosed(coarse, parts, like, kinds, chosen, run)
+    blame = partial(blamed, stuck=stuck, kinds=kinds, differing=look.differing)
     by, again = EDGES * window, run.again("other edges", 0.8)
     if not may_hide(look) or not all(last - first > LEAST * window for first, last in map(extent, (*parts.training, *parts.held_out))):
-        return blamed(look.diagnosis, stuck, kinds)
+        return blame(look.diagnosis)
     other = _diagnosed(coarse, parts.later(by), like, kinds, chosen, again, short=True).diagnosis
     if takes_over(other, look.diagnosis):
-        return blamed(replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by))), stuck, kinds)
-    return blamed(replace(look.diagnosis, seconds=other.seconds), stuck, kinds)
+        return blame(replace(other, look=again.look, notes=(*other.notes, SEAM.format(by=by))))
+    return blame(replace(look.diagnosis, seconds=other.seconds))
 
 
 def _require_known(simulators: Callable[[str], Any], parts: Parts, kinds: Sequence[EffectKind], options: Options) -> None:
@@ -137,11 +140,12 @@ def _diagnosed(
     simulator = simulators(parts.training[0].scenario or "")
     machine = simulator.machine()
     cannot = limits(parts.training, machine, difference)
+    differing = tuple(row.name for row in difference.channels if row.differs)
     why_not = _why_not_judged(base, difference)
     if why_not:
-        return Look(_answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know"), base)
+        return Look(_answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know"), base, differing)
     if not difference.differs:
-        return Look(_answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing"), base)
+        return Look(_answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing"), base, differing)
     asked = replace(location, shape="transient") if short else location
     found, unknown, improved = run.run(
         "search", 0.2, 0.8, lambda told: _search(simulators, machine, parts, like, base, asked, kinds, options, told)
@@ -157,9 +161,9 @@ def _diagnosed(
     if proof is not None and found.verdict in NAMING:
         found = with_doubt(found, none_by(proof))
         if not carries_over(proof, pieces=len(found.setting)):
-            found = replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED))
+            found = with_doubt(replace(found, verdict="unknown", notes=(*found.notes, NOT_CARRIED)), DOUBTED)
     experiments = run.run("experiments", 0.95, 1.0, lambda told: _experiments(simulator, parts, found, told))
-    return Look(_answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict), base)
+    return Look(_answer(simulator, parts, location, found, unknown, proof, experiments, cannot, run, found.verdict), base, differing)
 
 
 def _compared(simulators: Callable[[str], Any], parts: Parts, like: dict[str, Any], told: Told) -> list[Comparison]:

@@ -19,10 +19,11 @@ SEAM = "found with windows that begin {by:.3g} s later: the first windows met wh
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What was found with some windows. base : the training part beside the base model, in these."""
+    """What was found with some windows. base : the training part beside the base model, in these. differing : channels that differ."""
 
     diagnosis: Diagnosis
     base: Sequence[Comparison]
+    differing: tuple[str, ...]
 
 
 def may_hide(look: Look) -> bool:

@@ -4,7 +4,7 @@ The data gate finds them before any model is asked. A channel that stands at the
 range (``saturation``); elsewhere it is stuck. Where nothing else differs, that fault is the diagnosis.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -113,15 +113,19 @@ def _note(found: dict[str, Stuck], channel: Channel, value: float, samples: int,
     )
 
 
-def blamed(diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectKind]) -> Diagnosis:
+def blamed(diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectKind], differing: Collection[str] = ()) -> Diagnosis:
     """The diagnosis with the channels that stood still told; where the model is at the noise without them, and another channel
-    or they themselves contradict what they said, they are the diagnosis.
+    or they themselves contradict what they said, they are the diagnosis. So they are where only what is left of them differs, and nothing
+    explains that.
+
+    differing : channels that differ without what they said there.
     """
     if not stuck:
         return diagnosis
     said = replace(diagnosis, notes=(*diagnosis.notes, *(_in_words(one) for one in stuck)))
     proven = [one for one in stuck if one.witnesses or one.sure]
-    if diagnosis.verdict != "nothing_missing" or not proven:
+    nothing_else = diagnosis.verdict == "cannot_know" and set(differing) <= {one.channel for one in proven}
+    if not proven or not (diagnosis.verdict == "nothing_missing" or nothing_else):
         return said
     catalogue = {kind.name: kind for kind in kinds}
     terms = tuple(_named(one, catalogue) for one in proven)
@@ -136,7 +140,8 @@ def blamed(diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectK
         explained=1.0,
     )
     told = statement("sensor_fault", terms, (row,), diagnosis.location, NAN, None, (), (), apart="; ".join(map(_in_words, proven)))
-    return replace(said, verdict="sensor_fault", sentence=told, ranked=(row,), setting=tuple(term.term for term in terms))
+    setting = tuple(term.term for term in terms)
+    return replace(said, verdict="sensor_fault", sentence=told, ranked=(row,), groups=(), experiments=(), setting=setting)
 
 
 def _in_words(one: Stuck) -> str:

@@ -155,7 +155,7 @@ class ChannelFit:
 class Gap:
     """How much nearer the noise recordings come that the fit has not seen. gap_closed : G = (R0 - R1)/(R0 - Rfloor) with 95 % interval low
     to high; before, after : R0 and R1, root mean squares in sigmas. left : share of the excess of chi-squared that stays, chance set
-    aside; NaN if there was none.
+    aside; NaN if there was none. likelier [nats] : their log-likelihood above that under the model as it is; NaN if not told.
     """
 
     gap_closed: float
@@ -164,6 +164,7 @@ class Gap:
     before: float
     after: float
     left: float = NAN
+    likelier: float = NAN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

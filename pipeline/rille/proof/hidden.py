@@ -85,6 +85,7 @@ def _lying(sensor: Sensor, kind: str, value: float) -> Sensor:
 # --- effects
 
 SHAPES = ("stiffness", "damping", "rotor_inertia", "damping_ratio", "seed", "reference_speed", "reference_width")  # stay as they are
+LIGHT = 0.01  # of what a joint carries: up to this the rotor behind a spring or a play is none of what is concealed
 # Where the usual values of the catalogue do not fit machines of this size: kind -> parameter -> value.
 OWN: Mapping[str, Mapping[str, float]] = {
     "backlash": {"stiffness": 2000.0, "damping": 1.0, "rotor_inertia": 1e-6},
@@ -99,7 +100,18 @@ def effect_targets(machine: Subject, kind: EffectKind) -> tuple[str, ...]:
         return ()
     have = {(e.kind, e.target) for e in machine.effects}  # more of what is known is a wrong number
     word = ("driven" if kind.needs == "drive" else "joint") if kind.target == "joint" else kind.target
-    return tuple(t for t in machine.targets.get(word, ()) if (kind.name, t) not in have)
+    rotor = OWN.get(kind.name, {}).get("rotor_inertia", 0.0)
+    return tuple(t for t in machine.targets.get(word, ()) if (kind.name, t) not in have and rotor <= LIGHT * _carried(machine, t))
+
+
+def _carried(machine: Subject, target: str) -> float:
+    """Inertia [kg m^2] of a joint's child about the joint's axis and the child's centre; inf where it has none."""
+    for joint in machine.rover.joints:
+        if joint.name == target:
+            axis = np.asarray(joint.axis, dtype=float)
+            inertia = next((b.properties.inertia for b in machine.rover.bodies if b.name == joint.child), None)
+            return float(axis @ inertia @ axis) if inertia is not None else np.inf
+    return np.inf
 
 
 def hidden_effect(
@@ -183,7 +195,7 @@ def hidden_sensor_fault(quantity: str, kind: str, channel: str, rng: np.random.G
         "scale": ("relative_error", sign * 0.05, 15.0),
         "delay": ("delay", 0.01, 20.0),
         "drift": ("rate", sign * 0.2 * unit, 1e4),
-        "clock_skew": ("skew", sign * 0.002, 100.0),
+        "clock_skew": ("skew", sign * 0.002, 10.0),  # 2 %: no oscillator is worse
         "saturation": ("inverse_range", 0.02 / unit, 1e4),
         "wrong_sign": ("flip", 1.0, 1.0),
     }[kind]

@@ -15,7 +15,7 @@ from rille.diagnosis.evidence.applied import Simulators
 from rille.diagnosis.evidence.floor import chi2_floor
 from rille.diagnosis.evidence.held_out import Parts
 from rille.diagnosis.evidence.replay_evidence import gather
-from rille.diagnosis.inference.confound import TIED
+from rille.diagnosis.inference.confound import TIED, is_narrower
 from rille.diagnosis.inference.fit import is_told
 from rille.diagnosis.inference.found import Found
 from rille.diagnosis.inference.judge import Judge
@@ -53,12 +53,15 @@ def decided(simulators: Simulators, parts: Parts, found: Found, *, noise: Mappin
 
 def _reordered(found: Found, members: Sequence[int], settings: Sequence[Setting], behind: Array, told: Array) -> Found:
     """The answer with the member first that is least ``behind`` (m,) [nats] in all. Only if it is more than ``TIED`` ahead does a law stand
-    before a number of the model, a wider law before what it contains (probability 0 in the fitted part), or one with all numbers open
-    before one that says something. told (m,) : of the held-out part.
+    before a number of the model, a wider law before what it contains (probability 0 in the fitted part), one at all targets before the same
+    at one, or one with all numbers open before one that says something. told (m,) : of the held-out part.
     """
     rows = [found.ranked[k] for k in members]
     wider = np.array([row.probability == 0 for row in rows])
-    dear = [(row.cause != "parameter" and rows[0].cause == "parameter") or _is_open(row) for row in rows]
+    dear = [
+        (row.cause != "parameter" and rows[0].cause == "parameter") or _is_open(row) or any(is_narrower(one, setting) for one in settings)
+        for row, setting in zip(rows, settings, strict=True)
+    ]
     first = int(np.argmin(behind + np.where(wider | np.array(dear), TIED, 0.0)))
     wider[first] = False
     weights = _weights(rows, np.where(wider, np.inf, behind))

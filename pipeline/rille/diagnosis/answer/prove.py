@@ -32,6 +32,7 @@ TOUCHED = 0.01  # of the noise: mean square by which an answer changes a channel
 SEEN = 2.0  # standard deviations of chi-squared from which on an excess is one
 FINER = (4, 16)  # times finer than the model's own step, where what is left may be the step's
 LESS = 0.98  # of the root mean square, that a finer step must leave at most to be taken
+LESS_LIKELY = 5.0  # [nats] by which no right answer makes what was held out less likely: 3 sigma, whatever it changes there
 LIKELIER = 0.5  # probability of none of the catalogue, beyond which nothing of it is named
 NOT_CARRIED = "what explains the recordings that were fitted does not explain those that were held out: it may only do alike there"
 BLOCK = 4  # windows side by side that are drawn together: neighbours are alike
@@ -88,6 +89,7 @@ def prove(
 def _gap_of(before: Array, after: Array, floor: float) -> Gap:
     """The gap by windows. before, after : (2, W) chi-squared and degrees. floor : chi-squared per degree of noise."""
     first, second = before.sum(axis=1), after.sum(axis=1)
+    kappa = max(floor, float(np.min(_root(np.stack([first, second], axis=1)))) ** 2)
     low, high = _interval(before, after)
     return Gap(
         gap_closed=_gap(first, second),
@@ -96,6 +98,7 @@ def _gap_of(before: Array, after: Array, floor: float) -> Gap:
         before=_root(first),
         after=_root(second),
         left=_left(before, after, floor),
+        likelier=float(first[0] - second[0]) / (2.0 * kappa),
     )
 
 
@@ -240,9 +243,10 @@ def carries_over(proof: Proof, *, pieces: int = 1) -> bool:
 
     Not where so much is left that none of the catalogue is likelier. Nor where that is plainly beyond the noise, and stays so: the share
     that is left is surely more than the catalogue may leave unnamed. Nor where it surely closes nothing of the gap, and widens it on the
-    whole. Nor where several pieces together, which fit anything better, may close nothing of it.
+    whole. Nor where several pieces together, which fit anything better, may close nothing of it. Nor where it becomes less likely with the
+    answer: a law that is right and changes chi-squared by d there lowers it by d, with a standard deviation of 2 sqrt(d).
     """
     gap = proof.touched or proof
-    if (pieces > 1 and gap.low <= 0) or (gap.high < HARM and gap.gap_closed < -HARM):
+    if gap.likelier < -LESS_LIKELY or (pieces > 1 and gap.low <= 0) or (gap.high < HARM and gap.gap_closed < -HARM):
         return False
     return none_by(proof) <= LIKELIER and not (gap.before > PLAIN and gap.high < LEAST_GAP)

@@ -16,6 +16,7 @@ TIED = 3.0  # [nats] differences below this never count
 ALIKE = 0.95  # correlation of what two change, beyond which twice the usual errors are needed to tell them apart
 LITTLE = 0.3  # of what a law changes: a number that may do more than this within its interval is not needless
 NOTHING = 1e-6  # of the end of its interval: a lower bound that is reached is zero
+EVERYWHERE = "*"  # target of a law that acts at all of its kind
 SAME = 0.99  # correlation beyond which an additional number changes nothing
 
 
@@ -40,8 +41,9 @@ def groups(scores: Scores, fitted: Sequence[Fitted], edges: Whole) -> Confounded
 
     Two are of one group if the better is not ahead by the errors that count (twice as many if what they change correlates by more than
     ``ALIKE``). A law with numbers that vanish, or that a simpler one of the same target matches, stands behind the simpler one. A parameter
-    of the model stands before an effect that predicts no better by more than ``TIED``, if it has no more numbers. What is far-fetched
-    stands behind all of its group, and is of a group only if it is as good within ``TIED``.
+    of the model stands before an effect that predicts no better by more than ``TIED``, if it has no more numbers; a law at one target
+    before the same law at all of them, which claims more than these recordings show. What is far-fetched stands behind all of its group,
+    and is of a group only if it is as good within ``TIED``.
     """
     order = sorted(range(1, len(fitted) + 1), key=lambda i: -scores.gain[i])
     vanishing = {i: _vanishing(fitted[i - 1], estimates(fitted[i - 1], edges), float(scores.moved[i])) for i in order}
@@ -160,16 +162,30 @@ def _far_fetched(one: Fitted) -> bool:
 
 
 def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> bool:
-    """Whether i is to stand before j, that it ties with: parameters where j has effects, with no more numbers; or j's law with fewer."""
+    """Whether i is to stand before j, that it ties with: parameters where j has effects, with no more numbers; j's law with fewer, or at
+    one target where j has it at all.
+    """
     one, other = fitted[i - 1], fitted[j - 1]
     if _far_fetched(one) and not _far_fetched(other):
         return False
+    if is_narrower(one.setting, other.setting):
+        return True
     parameters = all(t.hypothesis.cause == "parameter" for t in one.setting) and any(
         t.hypothesis.cause != "parameter" for t in other.setting
     )
     if parameters:
         return one.count <= other.count
     return len(one.unknowns) < len(other.unknowns) and scores.likeness[i, j] > SAME and _targets(one, other) == _targets(other, one)
+
+
+def is_narrower(one: Setting, other: Setting) -> bool:
+    """Whether one is the other with laws at single targets where that has them at all ('*')."""
+    mine, its = _different(one, other), _different(other, one)
+    return bool(mine) and all(t.hypothesis.target == EVERYWHERE for t in its) and _kinds(mine) == _kinds(its)
+
+
+def _kinds(terms: Sequence[Term]) -> list[tuple[str, str]]:
+    return sorted((t.hypothesis.cause, t.hypothesis.kind) for t in terms)
 
 
 def _vanishing(one: Fitted, numbers: Sequence[Sequence[Estimate]], moved: float) -> list[bool]:

@@ -41,6 +41,8 @@ ALIKE, STAND_INS = 0.8, 4  # correlation of what two hypotheses change, from whi
 CHANCES = 3  # hypotheses that do not keep what they promise, that are tried under starts of their own
 BROKEN = 1.5  # promise over what they keep, for that
 BEST = 2  # hypotheses that explain most, for the same, where none is accepted; and that are fitted so to the end
+OUT_OF_REACH = 4.0  # times what the best so far leaves, that one leaves under starts of its own which is not fitted to the end
+NOTHING_FITS = 0.1  # share of chi-squared that the best so far leaves, from which on faults that are there or not are tried
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
 TOLD = 0.01  # relative width of the bounds of an amplitude that is told beforehand
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
@@ -171,7 +173,7 @@ def _second_chances(
     best first, and the evidence with these.
 
     A wheel that should stand deeper bounces in every window that begins at the depth of the base model. Faults that are there or not, as of
-    a sensor that is turned round, put all starts elsewhere: where nothing fits at all they have their chance, too. So have the best where
+    a sensor that is turned round, put all starts elsewhere: where nothing fits they have their chance, too. So have the best where
     they explain much and none can be accepted: a flywheel that a ripple catches leaves so much in one window, from the starts of the base,
     that all others count for nothing.
     """
@@ -183,7 +185,8 @@ def _second_chances(
         share, values = s.linear or (0.0, {})
         if share * judge.chi2 > max(kept, BROKEN * max(s.drop, LEAST_SHARE * judge.degrees)):
             terms.append(s.hypothesis.at(values))
-    terms += _whole_faults(screened, gross=judge.chi2 - kept > GROSS * judge.degrees)
+    left = judge.chi2 - kept
+    terms += _whole_faults(screened, gross=left > max(GROSS * judge.degrees, NOTHING_FITS * judge.chi2))
     if taken is None:
         much = max(LEAST_OF_IT * judge.excess, LEAST_SHARE * judge.degrees)
         terms += [one.setting[-1] for one in sorted(singles, key=lambda one: one.chi2)[:BEST] if judge.chi2 - one.chi2 > much]
@@ -193,8 +196,9 @@ def _second_chances(
             on_progress("trying other starts", k / len(terms))
         found.append(own_fit(evidence, (*judge.on_top, term), state))
     found.sort(key=lambda one: one[0].chi2)
-    best = [own_fit_in_the_end(evidence, one.setting, state) for one, _ in found[:BEST]]  # what one turn leaves may still be much
-    return sorted([*best, *found[BEST:]], key=lambda one: one[0].chi2)
+    near = [one for one in found[:BEST] if taken is None or one[0].chi2 < OUT_OF_REACH * left]
+    best = [own_fit_in_the_end(evidence, one.setting, state) for one, _ in near]  # what one turn leaves may still be much
+    return sorted([*best, *found[len(near) :]], key=lambda one: one[0].chi2)
 
 
 def _whole_faults(screened: Screened, *, gross: bool) -> list[Term]:
