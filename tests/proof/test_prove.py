@@ -24,6 +24,7 @@ from rille.work import opened_pool
 
 RILLE = Path(sys.executable).parent / "rille"
 TWO = Extent(counts={"one": 1, "nothing": 1}, machines=("pendulum",))
+BEACON = "a test, again"  # conceals a supply that sags, at half the noise: answered fast
 
 
 def rille(*words):
@@ -34,7 +35,7 @@ def rille(*words):
 
 def go_on(folder, until=float("inf")):
     """The proof in a folder, as far as time allows."""
-    return prove(folder, "a test", TWO, workers=2, scheduler=None, baselines=True, until=until)
+    return prove(folder, BEACON, TWO, workers=2, scheduler=None, baselines=True, until=until)
 
 
 @pytest.fixture(scope="module")
@@ -193,7 +194,7 @@ def test_making_goes_on_from_truths_alone(tmp_path):
 def test_a_folder_of_another_beacon_is_refused(proof):
     code, _, err = rille("prove", "--beacon", "another", "--quick", "-o", proof)
     assert code == 3
-    assert "holds the trials of the beacon 'a test'" in err
+    assert f"holds the trials of the beacon '{BEACON}'" in err
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rille import store
-from rille.cli.prove_run import ROOMS, make_trial, prove
+from rille.cli.prove_run import AGREEMENT, ROOMS, make_trial, prove
 from rille.model import InputRefused
 from rille.proof.pulses import matched, score_pulses
 from rille.proof.real import read_real, real_truth
@@ -93,7 +93,7 @@ def test_a_sheet_that_says_no_truth_is_refused(tmp_path, sheet, table, says):
 def real(tmp_path_factory):
     """Recordings of a machine with one law concealed, as if they were real, with their sheet; and what the law is."""
     folder = tmp_path_factory.mktemp("real")
-    _, files, truth = make_trial(Trial(number=0, sort="one", machine="pendulum", strength=5.0, beacon="as if real"))
+    _, files, truth = make_trial(Trial(number=0, sort="one", machine="pendulum", strength=5.0, beacon="as if real, once more"))
     for name, content in files.items():
         (folder / name).write_bytes(content)
     (piece,) = truth["pieces"]
@@ -117,6 +117,7 @@ def test_the_truth_of_a_real_trial_is_sealed_and_scored(real, tmp_path):
     score = json.loads(held.scores[0].text)["real"]
     assert (score["right"], score["of"], score["status"]) == (1, 1, "done")
     assert set(json.loads(held.answers[0].text)) == {"diagnosis"}  # what baselines need was not asked for
+    assert json.loads((output / AGREEMENT).read_text()) == {}  # no machine of the generator takes part
 
 
 def test_a_model_that_cannot_be_built_is_told(tmp_path):

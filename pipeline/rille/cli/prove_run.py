@@ -68,7 +68,7 @@ def prove(
     say(f"sealed: Merkle root {root}")
     if not _restore(place, folder, trials) or not _answer(place, folder, baselines):
         return False
-    _agree(place, folder, beacon, extent.machines)
+    _agree(place, folder, beacon, trials)
     _open(folder)
     return True
 
@@ -389,8 +389,8 @@ def _show_that_the_truth_is_shut_away(folder: Path, ledger: "Ledger") -> None:
 # --- agreed, opened
 
 
-def _agree(place: _Place, folder: Path, beacon: str, machines: Sequence[str]) -> None:
-    """How far generator and solver are apart with nothing concealed, into a file."""
+def _agree(place: _Place, folder: Path, beacon: str, trials: "Sequence[Trial | RealTrial]") -> None:
+    """How far generator and solver are apart with nothing concealed, on each machine that there are trials of, into a file."""
     from rille.cli.prove_agreement import DRAWS, agreements
     from rille.model import InputRefused
 
@@ -402,6 +402,7 @@ def _agree(place: _Place, folder: Path, beacon: str, machines: Sequence[str]) ->
     def lost(item: tuple[str, str, int], why: str) -> Any:
         raise InputRefused(f"generator and solver could not be compared ({item[1]}): {why}; the same command tries it again")
 
+    machines = sorted({trial.machine for trial in trials if not isinstance(trial, RealTrial)})
     items = [(beacon, machine, draw) for machine in machines for draw in range(DRAWS)]
     whole = replace(place, until=math.inf)
     whole.each("compared", agreements, items, len(items), lambda one: found.setdefault(one[0], []).append(one[1]), lost)

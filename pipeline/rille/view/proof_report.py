@@ -56,12 +56,7 @@ def write_proof_report(path: Path, numbers: Mapping[str, Any], *, facts: Mapping
                     lead=f"Calibration error {number(numbers['calibration_error'], 2)}, Brier score {number(numbers['brier'], 2)}.",
                 ),
                 Section(key="baselines", title="Against what else the field would use", body=_baselines(numbers["baselines"])),
-                Section(
-                    key="agreement",
-                    title="Generator against solver",
-                    body=_agreement(numbers["agreement"]),
-                    lead="With nothing concealed the two must agree, else trials would only test their difference.",
-                ),
+                *_agreement(numbers["agreement"]),
                 *_real(numbers["real"]),
                 Section(key="trials", title="Every trial", body=_trials(numbers["scores"])),
             ],
@@ -138,9 +133,15 @@ def _baselines(baselines: Mapping[str, Mapping[str, Mapping[str, float]]]) -> st
     return table(columns, lines, key="baselines-table", caption="Trials at twice the floor or more")
 
 
-def _agreement(agreement: Mapping[str, float]) -> str:
+def _agreement(agreement: Mapping[str, float]) -> list[Section]:
+    """Generator against solver on the machines of the trials; none if all trials are of real recordings."""
+    if not agreement:
+        return []
     columns = [Column(title="machine"), Column(title="root mean square difference [noise]", numeric=True)]
-    return table(columns, [[name, Cell(text=number(value), value=value)] for name, value in agreement.items()], key="agreement-table")
+    lines: list[list[str | Cell]] = [[name, Cell(text=number(value), value=value)] for name, value in agreement.items()]
+    body = table(columns, lines, key="agreement-table")
+    lead = "With nothing concealed the two must agree, else trials would only test their difference."
+    return [Section(key="agreement", title="Generator against solver", body=body, lead=lead)]
 
 
 def _real(scores: Sequence[Mapping[str, Any]]) -> list[Section]:
