@@ -92,6 +92,7 @@ def test_the_fault_is_the_diagnosis_where_nothing_else_differs():
     [
         ("cannot_know", ("angle",), True),
         ("cannot_know", (), True),
+        ("cannot_know", None, False),  # the comparison says nothing of the model
         ("cannot_know", ("angle", "rate"), False),  # something else differs, too
         ("unknown", ("angle",), False),  # a law without a name may explain it
     ],

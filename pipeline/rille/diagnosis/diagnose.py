@@ -140,10 +140,10 @@ def _diagnosed(
     simulator = simulators(parts.training[0].scenario or "")
     machine = simulator.machine()
     cannot = limits(parts.training, machine, difference)
-    differing = tuple(row.name for row in difference.channels if row.differs)
     why_not = _why_not_judged(base, difference)
     if why_not:
-        return Look(_answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know"), base, differing)
+        return Look(_answer(simulator, parts, location, None, None, None, (), (why_not, *cannot), run, "cannot_know"), base, None)
+    differing = tuple(row.name for row in difference.channels if row.differs)
     if not difference.differs:
         return Look(_answer(simulator, parts, location, None, None, None, (), cannot, run, "nothing_missing"), base, differing)
     asked = replace(location, shape="transient") if short else location

@@ -19,11 +19,13 @@ SEAM = "found with windows that begin {by:.3g} s later: the first windows met wh
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What was found with some windows. base : the training part beside the base model, in these. differing : channels that differ."""
+    """What was found with some windows. base : the training part beside the base model, in these. differing : channels that
+    differ; None where the comparison says nothing of the model.
+    """
 
     diagnosis: Diagnosis
     base: Sequence[Comparison]
-    differing: tuple[str, ...]
+    differing: tuple[str, ...] | None
 
 
 def may_hide(look: Look) -> bool:

@@ -113,18 +113,20 @@ def _note(found: dict[str, Stuck], channel: Channel, value: float, samples: int,
     )
 
 
-def blamed(diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectKind], differing: Collection[str] = ()) -> Diagnosis:
+def blamed(
+    diagnosis: Diagnosis, stuck: Sequence[Stuck], kinds: Sequence[EffectKind], differing: Collection[str] | None = None
+) -> Diagnosis:
     """The diagnosis with the channels that stood still told; where the model is at the noise without them, and another channel
     or they themselves contradict what they said, they are the diagnosis. So they are where only what is left of them differs, and nothing
     explains that.
 
-    differing : channels that differ without what they said there.
+    differing : channels that differ without what they said there; None: not told.
     """
     if not stuck:
         return diagnosis
     said = replace(diagnosis, notes=(*diagnosis.notes, *(_in_words(one) for one in stuck)))
     proven = [one for one in stuck if one.witnesses or one.sure]
-    nothing_else = diagnosis.verdict == "cannot_know" and set(differing) <= {one.channel for one in proven}
+    nothing_else = diagnosis.verdict == "cannot_know" and differing is not None and set(differing) <= {one.channel for one in proven}
     if not proven or not (diagnosis.verdict == "nothing_missing" or nothing_else):
         return said
     catalogue = {kind.name: kind for kind in kinds}

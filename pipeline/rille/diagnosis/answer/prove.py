@@ -89,7 +89,7 @@ def prove(
 def _gap_of(before: Array, after: Array, floor: float) -> Gap:
     """The gap by windows. before, after : (2, W) chi-squared and degrees. floor : chi-squared per degree of noise."""
     first, second = before.sum(axis=1), after.sum(axis=1)
-    kappa = max(floor, float(np.min(_root(np.stack([first, second], axis=1)))) ** 2)
+    kappa = max(floor, float(min(_root(first), _root(second))) ** 2)
     low, high = _interval(before, after)
     return Gap(
         gap_closed=_gap(first, second),

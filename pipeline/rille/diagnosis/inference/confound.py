@@ -16,7 +16,6 @@ TIED = 3.0  # [nats] differences below this never count
 ALIKE = 0.95  # correlation of what two change, beyond which twice the usual errors are needed to tell them apart
 LITTLE = 0.3  # of what a law changes: a number that may do more than this within its interval is not needless
 NOTHING = 1e-6  # of the end of its interval: a lower bound that is reached is zero
-EVERYWHERE = "*"  # target of a law that acts at all of its kind
 SAME = 0.99  # correlation beyond which an additional number changes nothing
 
 
@@ -181,7 +180,7 @@ def _is_simpler(i: int, j: int, scores: Scores, fitted: Sequence[Fitted]) -> boo
 def is_narrower(one: Setting, other: Setting) -> bool:
     """Whether one is the other with laws at single targets where that has them at all ('*')."""
     mine, its = _different(one, other), _different(other, one)
-    return bool(mine) and all(t.hypothesis.target == EVERYWHERE for t in its) and _kinds(mine) == _kinds(its)
+    return bool(mine) and all(t.hypothesis.target == "*" for t in its) and _kinds(mine) == _kinds(its)
 
 
 def _kinds(terms: Sequence[Term]) -> list[tuple[str, str]]:

@@ -10,16 +10,18 @@ take most of it away.
 """
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
 
 from rille.diagnosis.inference.accept import SIGNIFICANT, differs
+from rille.diagnosis.inference.fit import is_told
 from rille.diagnosis.inference.judge import Judge, Progress
 from rille.diagnosis.inference.moments import is_momentary
 from rille.diagnosis.inference.screen import screen
 from rille.model.diagnosis import Estimate, NamedTerm
-from rille.model.hypothesis import FreeNumber, Hypothesis, Setting, Term
+from rille.model.hypothesis import Hypothesis, Setting, Term
 
 LEAST_OF_FOUND, LEAST_OF_NOISE = 5e-3, 0.01  # of what was found and of the noise (a tenth of its RMS): closer to a machine no model is
 CHANCE = 1e-2  # probability of a doubt of a right answer
@@ -74,17 +76,19 @@ def vague(terms: Sequence[NamedTerm]) -> str:
     for one in terms:
         pairs = list(zip(one.term.hypothesis.free, one.estimates, strict=True))
         shapeless = len(pairs) > 1 and all(n.amplitude for n, _ in pairs)
-        if any(n.amplitude for n, _ in pairs) and not any(_is_told(n, e, shapeless) for n, e in pairs if n.amplitude):
+        if any(n.amplitude for n, _ in pairs) and not any(
+            is_told(n, _given_others(e) if shapeless else e) for n, e in pairs if n.amplitude
+        ):
             numbers = ", ".join(f"{e.name} {e.low:.3g} to {e.high:.3g} {e.unit}" for n, e in pairs if n.amplitude)
             return VAGUE.format(title=one.term.hypothesis.title, numbers=numbers)
     return ""
 
 
-def _is_told(number: FreeNumber, estimate: Estimate, given_others: bool) -> bool:
-    """Whether an amplitude differs from none by its interval; ``given_others``: by what that were if all other numbers were known."""
-    share = float(np.sqrt(max(0.0, 1.0 - estimate.conditioning**2))) if given_others else 1.0
+def _given_others(estimate: Estimate) -> Estimate:
+    """A number with the interval that it had if all others were known."""
+    share = float(np.sqrt(max(0.0, 1.0 - estimate.conditioning**2)))
     low, high = (estimate.value + share * (end - estimate.value) for end in (estimate.low, estimate.high))
-    return not low <= number.absent <= high
+    return replace(estimate, low=low, high=high)
 
 
 def brief(judge: Judge, pieces: Setting, found: float) -> str:
