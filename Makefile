@@ -92,9 +92,9 @@ sanitize: build/sanitize/.built  ## run the C++ tests with address and undefined
 
 # The tests fuzz with one random seed, so that the same code gives the same verdict; FUZZ_RANDOM= (empty) draws a new one: that is how
 # findings are made, and each found so far is a fixed bug.
-FUZZ_SECONDS ?= 120
+FUZZ_SECONDS ?= 60
 FUZZ_RANDOM  ?= 3465277576
-fuzz: build build/sanitize/.built  ## feed mutated databases to the solver for FUZZ_SECONDS (default 120); FUZZ_RANDOM= for a new seed
+fuzz: build build/sanitize/.built  ## feed mutated databases to the solver for FUZZ_SECONDS (default 60); FUZZ_RANDOM= for a new seed
 	@$(BIN)/python solver/tests/fuzz_seed.py build/sanitize/seed.db
 	build/sanitize/tests/rille-fuzz build/sanitize/seed.db $(FUZZ_SECONDS) $(FUZZ_RANDOM)
 

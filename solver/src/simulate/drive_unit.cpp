@@ -7,10 +7,6 @@
 namespace rille {
 namespace {
 
-// Weight of a rigid servo as a multiple of the joint's own inertia: the speed error is effort h / weight, about 1e-8 rad/s, while the
-// matrix stays well conditioned.
-constexpr double kRigidity = 1e7;
-
 // Share of a servo's weight by which it must be steeper than the motor's torque-speed line to be taken so.
 constexpr double kLeast = 1e-3;
 

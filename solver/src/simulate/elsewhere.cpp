@@ -22,7 +22,7 @@ constexpr double kClosed = 1e-9;     // [m or m/s] a loop that is open by no mor
 constexpr double kOpen = 1e-3;       // [m] one that is open by more is refused: rows would tear it shut
 constexpr double kSameRow = 1e-9;    // [-] of the largest: pivots below are rows that repeat others, as those of flat loops do
 constexpr double kLargestTurn = 0.3; // [rad or m] in a round, so that a loop stays on its side of a stretched position
-constexpr int kMostRounds = 50;
+constexpr int kMostClosingRounds = 50;
 
 bool of_joint(const StateChange& change) { return change.quantity.starts_with("joint."); }
 
@@ -116,7 +116,7 @@ double close_loops(Mechanism& mechanism, const Rover& rover, const std::vector<b
     }
   };
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(moved.size()));
-  for (int round = 0; round < kMostRounds && !moved.empty() && loops.gap.cwiseAbs().maxCoeff() > kClosed; ++round) {
+  for (int round = 0; round < kMostClosingRounds && !moved.empty() && loops.gap.cwiseAbs().maxCoeff() > kClosed; ++round) {
     Eigen::VectorXd change = least_change(loops.gap);
     const double largest = change.cwiseAbs().maxCoeff();
     if (largest > kLargestTurn) change *= kLargestTurn / largest;

@@ -13,18 +13,18 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kRigidity = 1e5;        // [1] weight of a contact as a multiple of the body's mass: gives way by F h/(1e5 m), micrometres per minute
-constexpr double kSlop = 1e-4;           // [m] overlap that is left alone, so that resting contacts do not come and go
-constexpr double kPushOut = 0.2;         // [-] share of the overlap that is worked off in a step
-constexpr double kPushOutSpeed = 0.1;    // [m/s] at most
-constexpr double kImpactSpeed = 0.02;    // [m/s] slower approaches do not bounce
-constexpr double kReach = 5e-3;          // [m] contacts are prepared for at this distance
-constexpr double kPartTime = 0.1;        // [s] without touch before a contact counts as ended
-constexpr std::size_t kGroundCorners = 4;// deepest corners of a hull that touch the ground
-constexpr double kStops = 0.5;            // [-] share of its strength below which sliding comes to rest within the step
-constexpr double kSlides = 0.999;         // [-] share of its strength from which a contact slides
-constexpr int kFreeRounds = 3;           // before they are damped
-constexpr int kMostRounds = 20;          // of friction bounds in a step
+constexpr double kContactRigidity = 1e5;   // [1] weight of a contact as a multiple of the body's mass: gives way by F h/(1e5 m), micrometres per minute
+constexpr double kSlop = 1e-4;             // [m] overlap that is left alone, so that resting contacts do not come and go
+constexpr double kPushOut = 0.2;           // [-] share of the overlap that is worked off in a step
+constexpr double kPushOutSpeed = 0.1;      // [m/s] at most
+constexpr double kImpactSpeed = 0.02;      // [m/s] slower approaches do not bounce
+constexpr double kReach = 5e-3;            // [m] contacts are prepared for at this distance
+constexpr double kPartTime = 0.1;          // [s] without touch before a contact counts as ended
+constexpr std::size_t kGroundCorners = 4;  // deepest corners of a hull that touch the ground
+constexpr double kStops = 0.5;             // [-] share of its strength below which sliding comes to rest within the step
+constexpr double kSlides = 0.999;          // [-] share of its strength from which a contact slides
+constexpr int kFreeRounds = 3;             // before they are damped
+constexpr int kMostFrictionRounds = 20;    // of friction bounds in a step
 
 template <class Value>
 Value& entry(std::vector<std::pair<std::pair<int, int>, Value>>& list, const std::pair<int, int>& key, const Value& fallback) {
@@ -156,7 +156,7 @@ bool RigidContacts::open_rows(const Mechanism& mechanism, double h, RowSet& rows
     const auto open = [&](const Vector3d& direction) -> Row& {
       const int row = rows.open(RowKind::contact);
       mechanism.add_jacobian(contact.body, contact.point, direction, Vector3d::Zero(), rows);
-      rows[row].weight = kRigidity * mass;
+      rows[row].weight = kContactRigidity * mass;
       return rows[row];
     };
     contact.row = rows.size();
@@ -173,7 +173,7 @@ bool RigidContacts::open_rows(const Mechanism& mechanism, double h, RowSet& rows
     }));
     contact.strength = contact.pair.friction * entry(last_normal_, {contact.mover, contact.obstacle}, 0.0) / n;
     // What slid goes on sliding until the solution says otherwise.
-    contact.stiffness = kRigidity * mass;
+    contact.stiffness = kContactRigidity * mass;
     open(contact.tangent_1);
     open(contact.tangent_2);
     const Vector3d velocity = mechanism.velocity_at(contact.body, contact.point);
@@ -209,7 +209,7 @@ void RigidContacts::slide(Contact& contact, double speed, RowSet& rows) {
 }
 
 bool RigidContacts::tighten(RowSet& rows, const Eigen::VectorXd& impulse, const Eigen::VectorXd& velocity) {
-  if (contacts_.empty() || ++rounds_ > kMostRounds) return false;
+  if (contacts_.empty() || ++rounds_ > kMostFrictionRounds) return false;
   bool again = false;
   for (Contact& contact : contacts_) {
     const double before = contact.strength;

@@ -18,8 +18,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Weight of rows that are meant to be rigid (limits, dry friction at rest), as a multiple of the joint's own inertia.
-constexpr double kRigidity = 1e7;
 constexpr double kLimitReturnSpeed = 1.0;  // [rad/s or m/s] largest speed at which a violated limit is restored
 constexpr double kSaturationTime = 0.5;    // [s] a drive at its limit for so long is worth an event; starting up is not
 constexpr double kSameInstant = 1e-6;       // [steps] commands that are nearer to the beginning of a step belong to it

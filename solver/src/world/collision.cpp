@@ -5,13 +5,12 @@
 
 #include <algorithm>
 
+#include "world/bullet.hpp"
+
 namespace rille {
 namespace {
 
 constexpr int kPool = 16;  // manifolds and algorithms held ready; Bullet allocates more by itself
-
-btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 std::unique_ptr<btCollisionShape> make_shape(const Shape& shape) {
   // Bullet rounds boxes and cylinders inwards by the margin and blows hulls up by it: a small one keeps edges where they are.
@@ -36,7 +35,7 @@ std::unique_ptr<btCollisionShape> make_shape(const Shape& shape) {
 }
 
 btTransform transform(const Eigen::Vector3d& center, const Eigen::Quaterniond& q) {
-  return btTransform(btQuaternion(q.x(), q.y(), q.z(), q.w()), bt(center));
+  return btTransform(bt(q), bt(center));
 }
 
 struct Solid {

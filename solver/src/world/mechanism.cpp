@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "model/error.hpp"
+#include "world/bullet.hpp"
 
 #ifndef BT_USE_DOUBLE_PRECISION
 #error "Bullet headers are in single precision: configure with the package bullet-float64"
@@ -20,11 +21,6 @@ using Eigen::MatrixXd;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-btVector3 bt(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-btQuaternion bt(const Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
-Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-Quaterniond eigen(const btQuaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 Matrix3d skew(const Vector3d& v) {
   Matrix3d m;

@@ -16,12 +16,14 @@ Array = NDArray[np.float64]
 STEP = 1e-3  # [s]
 
 
-def extrapolated_ride(machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading]) -> list[Array]:
-    """As ``ride``, with motion to second order: what one run is off by is proportional to its step, so that it is twice that of ``STEP``,
-    less that of twice the step (Richardson 1911). What steps make (forces, efforts, accelerations) is that of ``STEP``.
+def extrapolated_ride(
+    machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading], step: float = STEP
+) -> list[Array]:
+    """As ``ride``, with motion to second order: what one run is off by is proportional to its step, so that it is twice that of the step,
+    less that of twice the step (Richardson 1911). What steps make (forces, efforts, accelerations) is that of the step.
     """
-    coarse = ride(machine, scenario, laws, readings, 2 * STEP)
-    fine = ride(machine, scenario, laws, readings, STEP)
+    coarse = ride(machine, scenario, laws, readings, 2 * step)
+    fine = ride(machine, scenario, laws, readings, step)
     found = []
     for reading, rough, value in zip(readings, coarse, fine, strict=True):
         more = value - rough
