@@ -20,7 +20,7 @@ FLAGS = (  # WebGL2 by software; nothing that asks a network by itself
 Answer = TypeVar("Answer")
 
 
-def until(question: Callable[[], Answer], what: str, seconds: float = 15.0) -> Answer:
+def until(question: Callable[[], Answer], what: str, seconds: float = 60.0) -> Answer:
     """Wait until the question's answer is true, and return it (a page's policy forbids Playwright's own way, which is eval)."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -60,7 +60,7 @@ def browser() -> Iterator["Browser"]:
 def tab(browser: "Browser") -> Iterator[Tab]:
     """An empty page of 1280 x 720 pixels."""
     context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.set_default_timeout(15_000)
+    context.set_default_timeout(60_000)
     found = Tab(page=context.new_page())
     found.page.on("console", lambda message: found.complaints.append(message.text) if message.type in ("error", "warning") else None)
     found.page.on("pageerror", lambda error: found.complaints.append(str(error)))

@@ -5,6 +5,8 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +15,7 @@ import pytest
 
 from rille import store
 from rille.cli import prove_run
+from rille.cli.prove import trial as trial_again
 from rille.cli.prove_run import ROOMS, TRUTHS, VAULT, make_trial, make_trials, prove
 from rille.cli.prove_score import score_ledger
 from rille.model import InputRefused
@@ -21,6 +24,7 @@ from rille.proof.seal import files_digest
 from rille.proof.strength import Unreachable
 from rille.proof.trials import Extent, Trial, plan
 from rille.work import opened_pool
+from rille.work.pools import LocalPool
 
 RILLE = Path(sys.executable).parent / "rille"
 TWO = Extent(counts={"one": 1, "nothing": 1}, machines=("pendulum",))
@@ -123,6 +127,16 @@ def test_a_trial_can_be_made_again_to_look_at(proof, tmp_path):
     first = (proof / ROOMS / f"{number:03d}/training_1.toml").read_bytes()
     assert (folder / "training_1.toml").read_bytes() == first
     assert json.loads((folder / "truth.json").read_text())["pieces"] == []
+
+
+def test_a_trial_whose_process_is_killed_is_told_in_a_sentence(proof, tmp_path, monkeypatch):
+    """Nothing is left of the folder."""
+    killed = Future()
+    killed.set_exception(BrokenProcessPool())
+    monkeypatch.setattr(LocalPool, "submit", lambda *_: killed)
+    with pytest.raises(InputRefused, match="the process that made trial 0 was killed"):
+        trial_again(proof / "ledger.db", 0, tmp_path / "t")
+    assert not (tmp_path / "t").exists()
 
 
 def test_what_was_made_before_is_made_again_without_a_search(proof, monkeypatch):

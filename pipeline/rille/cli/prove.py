@@ -178,7 +178,10 @@ def trial(
         raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
     try:
         with opened_pool(make_trials, 1, None, SAME_ROUNDING) as pool:
-            ((_, files, again),) = pool.submit([(Trial.of(truth), truth)]).result().results
+            try:
+                ((_, files, again),) = pool.submit([(Trial.of(truth), truth)]).result().results
+            except pool.deaths:
+                raise InputRefused(f"the process that made trial {number} was killed, as for want of memory; try again") from None
     except Unreachable as error:
         raise InputRefused(f"{error}: another state of rille made it (version {held.plan.version}); check that one out") from None
     output.mkdir(parents=True)
