@@ -195,7 +195,7 @@ def test_the_step_hardly_matters(bare, coarse):
 def test_extrapolation_takes_away_most_of_the_error_of_first_order():
     """The error of a run of 2 ms, beside runs of 1 and 0.5 ms extrapolated: less than a third of it.
 
-    Steering, 0.05 mrad off, does not get better: its drive is at its limits.
+    Steering is not asked: it does not get better, its drive is at its limits.
     """
     groups = {name: GROUPS[name] for name in ("position", "attitude", "speed")} | {"turned": of("joint.position", WHEELS)}
     readings = [reading for group in groups.values() for reading in group]

@@ -134,7 +134,7 @@ def test_a_trial_whose_process_is_killed_is_told_in_a_sentence(proof, tmp_path, 
     killed = Future()
     killed.set_exception(BrokenProcessPool())
     monkeypatch.setattr(LocalPool, "submit", lambda *_: killed)
-    with pytest.raises(InputRefused, match="the process that made trial 0 was killed"):
+    with pytest.raises(InputRefused, match="trial 0 could not be made: the worker process died twice"):
         trial_again(proof / "ledger.db", 0, tmp_path / "t")
     assert not (tmp_path / "t").exists()
 

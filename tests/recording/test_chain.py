@@ -125,6 +125,8 @@ def test_every_format_carries_the_same_numbers(folder, kind, own, tmp_path):
     found, wanted = (store.read_recording(path, "swing") for path in (model, own))
     assert [c.name for c in found.channels] == [c.name for c in wanted.channels]
     for one, csv in zip(found.channels, wanted.channels, strict=True):
+        assert (one.of, one.unit, one.role, one.frame) == (csv.of, csv.unit, csv.role, csv.frame)
+        assert (one.noise, one.delay) == (pytest.approx(csv.noise), pytest.approx(csv.delay))
         assert one.time == pytest.approx(csv.time, abs=1e-9)
         assert one.value == pytest.approx(csv.value, rel=1e-9, abs=1e-12)
 

@@ -159,13 +159,13 @@ def trial(
     Example: rille prove trial proof/ledger.db 17 -o trial17
     """
     from rille import store
-    from rille.cli.prove_run import make_trials
+    from rille.cli.prove_run import make_trials, not_made
     from rille.model import InputRefused
     from rille.model.process import SAME_ROUNDING
     from rille.proof.seal import files_digest
     from rille.proof.strength import Unreachable
     from rille.proof.trials import Trial
-    from rille.work import opened_pool
+    from rille.work import carry_out, opened_pool
 
     held = store.read_ledger(ledger)
     truth = next((json.loads(t.text) for t in held.truths if t.trial == number), None)
@@ -176,14 +176,13 @@ def trial(
         raise InputRefused(f"'{output}' exists already; name a new folder")
     if truth["sort"] == "real":
         raise InputRefused(f"trial {number} is of real recordings, {truth['title']}; '{truth['sheet']}' says of which")
+    made: list[tuple[int, Mapping[str, bytes], Mapping[str, Any]]] = []
     try:
         with opened_pool(make_trials, 1, None, SAME_ROUNDING) as pool:
-            try:
-                ((_, files, again),) = pool.submit([(Trial.of(truth), truth)]).result().results
-            except pool.deaths:
-                raise InputRefused(f"the process that made trial {number} was killed, as for want of memory; try again") from None
+            carry_out(pool, [(Trial.of(truth), truth)], 1, made.extend, lost=not_made)
     except Unreachable as error:
         raise InputRefused(f"{error}: another state of rille made it (version {held.plan.version}); check that one out") from None
+    ((_, files, again),) = made
     output.mkdir(parents=True)
     for name, content in files.items():
         (output / name).write_bytes(content)

@@ -134,7 +134,7 @@ class _Place:
 
     def make(self, what: str, waiting: "Waiting", keep: "Callable[[tuple[int, Files, Mapping[str, Any]]], None]") -> bool:
         """Make trials, for the first time or again: with the same bits. Whether all are done."""
-        return self.each(what, make_trials, waiting, len(waiting), keep, _not_made, SAME_ROUNDING)
+        return self.each(what, make_trials, waiting, len(waiting), keep, not_made, SAME_ROUNDING)
 
 
 # --- made
@@ -229,7 +229,8 @@ def _is_quick(trial: "Trial | RealTrial") -> tuple[bool, bool]:
     return False, trial.sort != "outside"
 
 
-def _not_made(asked: "tuple[Trial | RealTrial, Any]", why: str) -> Any:
+def not_made(asked: "tuple[Trial | RealTrial, Any]", why: str) -> Any:
+    """Refuses a trial that takes its worker along, as ``carry_out`` asks. Raises InputRefused."""
     from rille.model import InputRefused
 
     raise InputRefused(f"trial {asked[0].number} could not be made: {why}; the same command tries it again")

@@ -1,3 +1,4 @@
+// Vectors and rotations between Eigen and Bullet, for the files of this folder that talk to Bullet.
 #pragma once
 
 #include <LinearMath/btQuaternion.h>
@@ -7,7 +8,6 @@
 
 namespace rille {
 
-/// Vectors and rotations between Eigen and Bullet; only files that talk to Bullet include this.
 inline btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 inline btQuaternion bt(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
 inline Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
