@@ -81,6 +81,7 @@ FAULTS: dict[str, tuple[Fault, str, str, set[str]]] = {  # fault, code, severity
     "biased": (values("gyro", lambda t, v: v + 0.5 * v.std()), "bias", "warning", {"gyro"}),
     "needles": (values("elbow_position", needles), "spike", "warning", {"elbow_position"}),
     "late": (lambda r: changed(r, "gyro", time=r.channel("gyro").time + 0.06), "delay", "warning", {"gyro"}),
+    "apart": (times(lambda t: t + 1000.0, "pose"), "clocks_apart", "error", {"time", "pose"}),
     "slow clock": (times(lambda t: 1.004 * t, "pose"), "clock_skew", "warning", {"time", "pose"}),
 }
 
@@ -126,6 +127,19 @@ def test_delay_of_a_command(seed: int):
         assert isinstance(error, float)
         assert abs(float(str(finding.detail["delay"])) - 0.007) < min(1e-3, 4 * error)
     assert not [f for f in gate([machine(seed)])[0] if f.code == "delay" and f.detail["kind"] == "response"]
+
+
+@pytest.mark.parametrize(("commanded", "told"), [((-5.0, -2.0), 0), ((2.0, 30.0), 0), ((20.5, 30.0), 1)])
+def test_commands_may_be_earlier_than_what_is_seen_but_not_later(commanded: tuple[float, float], told: int):
+    """A command holds until the next one; one that came after the last sample did nothing in it."""
+    time = np.arange(0, 20, 0.01)
+    seen = Channel(name="angle", quantity="joint.position", target="elbow", unit="rad", time=time, value=np.sin(time))
+    asked = Channel(
+        name="asked", quantity="joint.velocity", target="elbow", unit="rad/s", role="command", clock="asked",
+        time=np.array(commanded), value=np.array([1.0, 0.0]),
+    )  # fmt: skip
+    found = gate([Recording(name="r", channels=(seen, asked))])[0]
+    assert sum(finding.code == "clocks_apart" for finding in found) == told
 
 
 def test_stated_delays_are_believed():

@@ -38,6 +38,7 @@ MEANING = {
     "clock_lost": "single samples lost",
     "clock_jitter": "irregular stamps",
     "clock_skew": "runs at another pace than a second clock",
+    "clocks_apart": "has no time in common with a second clock",
     "time_unit": "time in another unit",
     "unit": "value in another unit",
     "sign": "turned sign",

@@ -1,5 +1,7 @@
 """Is the clock one: forward, without gaps, and in a unit that a machine could have been recorded in?"""
 
+from collections.abc import Collection, Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,6 +34,31 @@ def check_clock(name: str, time: Array, *, moving: bool = True, rates: bool = Fa
     forward = interval[interval > 0]
     if len(forward) and np.mean(interval < 0) < MIXED_UP:  # intervals of samples in no order are those of no logger
         found += _rate(name, forward, time, moving, rates) + _gaps(name, time, interval, forward) + _jitter(name, forward)
+    return found
+
+
+def check_common_time(spans: Mapping[str, tuple[float, float]], commands: Collection[str]) -> list[GateFinding]:
+    """A finding for each clock that has no time in common with the longest one: they count from different beginnings.
+
+    spans : first and last stamp [s] of each clock. commands : those that stamp commands alone. A command holds until the next one, so that
+    all of them may be earlier than what was observed, but not later.
+    """
+    observed = {name: span for name, span in spans.items() if name not in commands}
+    if not observed:
+        return []
+    longest = max(observed, key=lambda name: observed[name][1] - observed[name][0])
+    begin, end = observed[longest]
+    found = []
+    for name, (first, last) in spans.items():
+        early, late = last < begin and name not in commands, first > end
+        if early or late:
+            message = (
+                f"clock '{name}' stamps {first:.6g} to {last:.6g} s, clock '{longest}' {begin:.6g} to {end:.6g} s: they have no time in "
+                f'common; state a [[correction]] kind = "shift_clock" with clock = "{name}", by = what is to be added to its stamps, and '
+                "the reason"
+            )
+            detail = {"first": first, "last": last, "other": longest, "other_first": begin, "other_last": end}
+            found.append(GateFinding(code="clocks_apart", severity="error", channel=name, detail=detail, message=message))
     return found
 
 

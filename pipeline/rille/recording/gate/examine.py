@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rille.model.recording import Channel, GateFinding, Recording
 from rille.model.turns import unwrapped
 from rille.recording.gate.agreement import check_agreement
-from rille.recording.gate.clock import RATES, check_clock
+from rille.recording.gate.clock import RATES, check_clock, check_common_time
 from rille.recording.gate.header import check_header
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.missing import check_missing
@@ -139,6 +139,7 @@ def _single(
         found += [finding for finding in clock.findings if finding.code not in excused]
     if not clocks:
         return found, []
+    found += check_common_time({name: (clock.first, clock.last) for name, clock in clocks.items()}, clocks.keys() - watched)
     first, last = min(clock.first for clock in clocks.values()), max(clock.last for clock in clocks.values())
     return found, choose(k, first, last, max(clock.count for clock in clocks.values()), share, active)
 
