@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import Channel, GateFinding, Recording
-from rille.model.turns import unwrapped
 from rille.recording.gate.agreement import check_agreement
 from rille.recording.gate.clock import RATES, check_clock, check_common_time
 from rille.recording.gate.header import check_header
@@ -24,7 +23,9 @@ from rille.recording.gate.source import Load, Source, Span
 from rille.recording.gate.spikes import check_spikes
 from rille.recording.gate.stretches import BINS, MOST, Stretch, activity, choose
 from rille.recording.gate.stuck import check_stuck, held_stretches
-from rille.recording.gate.track import Track, lay
+from rille.recording.gate.track import Track
+from rille.recording.gate.tracks import Lame, lay_tracks
+from rille.recording.gate.turning import Turning
 from rille.recording.gate.witness import check_witnesses
 from rille.recording.gate.wrapped import check_wrapped
 from rille.recording.points_gate import points_findings
@@ -33,7 +34,6 @@ Array = NDArray[np.float64]
 LEVEL = 0.4  # [rad] of roll and pitch, up to which the rate of an angle is nearly a component of the angular velocity
 Findings = tuple[GateFinding, ...]
 Progress = Callable[[str, float], None]
-Lame = Mapping[str, Sequence[Span]]  # channel -> stretches [s] on which it is stuck or cut off
 
 
 def gate(recordings: Sequence[Recording], on_progress: Progress | None = None, *, load: Load | None = None) -> tuple[Findings, ...]:
@@ -169,57 +169,43 @@ def _together(
     pairs: Sequence[Sequence[Pair]],
     stretches: Sequence[Stretch],
     lame: Sequence[Lame],
-    heads: dict[str, Channel],
+    heads: Mapping[str, Channel],
     tell: Progress,
 ) -> list[tuple[GateFinding, set[str]]]:
     """Findings from comparisons, each with the names of the channels that it compares."""
     distinct = list(dict.fromkeys(pair for of_one in pairs for pair in of_one))
     if not distinct or not stretches:
         return []
-    apart = 4 * max(max(stretch.last - stretch.first for stretch in stretches), 1.0)
-    tracks: dict[str, Track] = {}
-    names = list(
-        dict.fromkeys(channel.name for recording in source.recordings for channel in recording.channels if channel.role != "ignore")
-    )
-    for j, name in enumerate(names):
-        tell(f"stretches of {name}", 0.7 + 0.1 * j / len(names))
-        track = _track(source, name, stretches, lame, apart)
-        if track is not None:
-            tracks[name] = track
+    tracks, turns = lay_tracks(source, stretches, lame, lambda name, part: tell(f"stretches of {name}", 0.7 + 0.1 * part))
+    heads = {**heads, **{name: turning.channel(heads[turning.parts[0]]) for name, turning in turns.items()}}
     fits: list[tuple[Pair, Fit]] = []
     for j, pair in enumerate(distinct):
         tell(f"{pair.first} against {pair.second}", 0.8 + 0.2 * j / len(distinct))
-        if pair.first in tracks and pair.second in tracks and not _tilted(pair, heads, tracks):
+        if pair.first in tracks and pair.second in tracks and _comparable(pair, heads, tracks, turns):
             fit = fit_lag(tracks[pair.first], tracks[pair.second], pair.order, response=pair.kind == "response")
             if fit is not None:
                 fits.append((pair, fit))
-    found = check_agreement(heads, fits) + check_witnesses(tracks, fits)
-    return [(finding, {str(finding.detail[key]) for key in ("first", "second") if key in finding.detail}) for finding in found]
+    found = check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
+    owner = {name: turning.parts[0] for name, turning in turns.items()}
+    return [
+        (
+            replace(finding, channel=owner.get(finding.channel, finding.channel)),
+            {owner.get(name, name) for key in ("first", "second") if (name := str(finding.detail.get(key, "")))},
+        )
+        for finding in found
+    ]
 
 
-def _tilted(pair: Pair, heads: Mapping[str, Channel], tracks: Mapping[str, Track]) -> bool:
-    """Whether a pair is an angle and a turning rate of a body that does not stay level: then one is not the rate of the other."""
-    angle = heads[pair.first]
-    if pair.kind != "rate" or angle.quantity != "part.orientation":
-        return False
-    tilts = [n for n, c in heads.items() if (c.quantity, c.target) == (angle.quantity, angle.target) and c.component in ("roll", "pitch")]
-    return any(float(np.nanquantile(np.abs(tracks[name].value), 0.99)) > LEVEL for name in tilts if name in tracks)
+def _comparable(pair: Pair, heads: Mapping[str, Channel], tracks: Mapping[str, Track], turns: Mapping[str, Turning]) -> bool:
+    """Whether the second of a pair is the rate of the first: of an angle of a body while that stays level, of a turning in any case.
 
-
-def _track(source: Source, name: str, stretches: Sequence[Stretch], lame: Sequence[Lame], apart: float) -> Track | None:
-    samples, starts = [], []
-    hold, delay = False, 0.0
-    for stretch in stretches:
-        recording = source.recordings[stretch.recording]
-        channel = next((channel for channel in recording.channels if channel.name == name), None)
-        if channel is None:
-            samples.append((np.empty(0), np.empty(0)))
-        else:
-            hold, delay = channel.role == "command", channel.delay if channel.role == "command" else -channel.delay
-            time, value = source.samples(stretch.recording, name, (stretch.first, stretch.last))
-            for begin, end in lame[stretch.recording].get(name, ()):
-                value = np.where((time >= begin) & (time <= end), np.nan, value)
-            turned = channel.component in ("roll", "pitch", "yaw") or (channel.quantity == "joint.position" and channel.unit == "rad")
-            samples.append((time, unwrapped(value) if turned else value))
-        starts.append(stretch.first)
-    return lay(samples, starts, apart, hold=hold, delay=delay)
+    The turning of angles is looked at where they are not level: the angles themselves say the same before.
+    """
+    first = heads[pair.first]
+    if pair.kind != "rate" or first.quantity != "part.orientation":
+        return True
+    tilts = [n for n, c in heads.items() if (c.quantity, c.target) == (first.quantity, first.target) and c.component in ("roll", "pitch")]
+    tilted = any(float(np.nanquantile(np.abs(tracks[name].value), 0.99)) > LEVEL for name in tilts if name in tracks)
+    if pair.first not in turns:
+        return not tilted
+    return tilted or turns[pair.first].of_quaternion

@@ -6,6 +6,7 @@ from itertools import combinations
 from typing import Literal
 
 from rille.model.recording import ANGLES, Channel
+from rille.recording.gate.turning import turnings
 
 DERIVATIVE = {
     "joint.position": "joint.velocity",
@@ -31,10 +32,11 @@ class Pair:
 
 
 def related(channels: Sequence[Channel]) -> tuple[Pair, ...]:
-    """All pairs of channels, ``ignore`` left out, of which one tells of the other."""
+    """All pairs of channels, ``ignore`` left out, of which one tells of the other; ``first`` may be a turning, by its name."""
     used = [channel for channel in channels if channel.role != "ignore"]
     pairs = [pair for one, other in combinations(used, 2) for pair in _pair(one, other)]
-    return tuple(pairs) + _efforts(used)
+    turns = [Pair(first=turning.name, second=rate.name, order=1, kind="rate") for turning, rate in turnings(used)]
+    return (*pairs, *turns, *_efforts(used))
 
 
 def _pair(one: Channel, other: Channel) -> list[Pair]:

@@ -20,11 +20,13 @@ FOLDS = 5
 SHARES = 12  # windows per stretch, at least
 
 
-def check_witnesses(tracks: Mapping[str, Track], fits: Sequence[tuple[Pair, Fit]]) -> list[GateFinding]:
+def check_witnesses(
+    tracks: Mapping[str, Track], fits: Sequence[tuple[Pair, Fit]], made_of: Mapping[str, Sequence[str]]
+) -> list[GateFinding]:
     """``bad_channel`` where a third witness tells which of two is wrong, ``disagreement`` where none does.
 
     The witness is any linear combination of the other channels and of their changes that predicts one of the two on stretches of time which
-    were not fitted.
+    were not fitted. made_of : channels that a turning is made of, which do not witness for it, nor it for any.
     """
     found = {}
     for pair, fit in fits:
@@ -33,7 +35,8 @@ def check_witnesses(tracks: Mapping[str, Track], fits: Sequence[tuple[Pair, Fit]
         excess = _excess(tracks[pair.first], tracks[pair.second], pair.order)
         if excess < EXCESS:
             continue
-        others = [name for name in tracks if name not in (pair.first, pair.second)]
+        involved = {pair.first, pair.second, *made_of.get(pair.first, ())}
+        others = [name for name in tracks if name not in involved and name not in made_of]
         scores = {name: _predicted(tracks, name, others) for name in (pair.first, pair.second)}
         good, bad = sorted(scores, key=lambda name: -scores[name])
         detail = {

@@ -1,0 +1,84 @@
+"""Gyros against recorded orientations of a body that tumbles: nothing is said of sound ones, and a wrong unit, sign or stamp is named."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rille.model.quaternion import angles, conjugate, exponential, into_body, product
+from rille.model.recording import ANGLES, Channel, GateFinding, Recording
+from rille.recording.gate import gate
+
+RATE, DURATION = 200.0, 20.0  # [Hz], [s]
+NOISE = {"1": 1e-3, "rad": 2e-3, "rad/s": 5e-3}
+
+
+def tumbling(seed: int, *, frame: str, angled: bool = False) -> list[Channel]:
+    """A gyro, and quaternions or angles on another clock. The attitude is a product of two rotations in closed form, the angular velocity
+    its derivative over 10 us.
+    """
+    rng = np.random.default_rng(seed)
+    size, pace, phase = rng.uniform(0.3, 0.9, (3, 2)), rng.uniform(0.5, 4.0, (3, 2)), rng.uniform(0, 6, (3, 2))
+
+    def attitude(t):
+        first, second = (np.stack([size[k, j] * np.sin(pace[k, j] * t + phase[k, j]) for k in range(3)], axis=-1) for j in range(2))
+        return product(exponential(first), exponential(second))
+
+    t = np.arange(0, DURATION, 1 / RATE) + rng.uniform(-0.3, 0.3, int(DURATION * RATE)) / RATE
+    u = np.arange(0.003, DURATION, 2.3 / RATE)
+    h = 1e-5
+    world = 2 * product((attitude(t + h) - attitude(t - h)) / (2 * h), conjugate(attitude(t)))[:, 1:]
+    rates = into_body(attitude(t), world) if frame == "body" else world
+    seen = angles(attitude(u)) if angled else attitude(u)
+    names, unit = (ANGLES, "rad") if angled else (("w", "x", "y", "z"), "1")
+    gyro = Channel(name="gyro", quantity="part.angular_velocity", target="base", unit="rad/s", frame=frame, time=t)
+    channels = [replace(gyro, name=f"gyro_{c}", component=c, value=rates[:, k]) for k, c in enumerate("xyz")]
+    channels += [
+        Channel(name=f"q{c}", quantity="part.orientation", target="base", unit=unit, component=c, clock="pose", time=u, value=seen[:, k])
+        for k, c in enumerate(names)
+    ]
+    return [replace(c, value=c.value + NOISE[c.unit] * rng.normal(size=len(c.value))) for c in channels]
+
+
+def loud(channels: Sequence[Channel]) -> list[GateFinding]:
+    return [finding for finding in gate([Recording(name="tumble", channels=tuple(channels))])[0] if finding.severity != "note"]
+
+
+def of_gyro(change: Callable[[Channel], Channel], names: str) -> Callable[[list[Channel]], list[Channel]]:
+    return lambda channels: [change(c) if c.quantity == "part.angular_velocity" and c.component in names else c for c in channels]
+
+
+FAULTS = {
+    "degrees": (of_gyro(lambda c: replace(c, value=np.degrees(c.value)), "xyz"), "unit"),
+    "turned": (of_gyro(lambda c: replace(c, value=-c.value), "y"), "sign"),
+    "scaled": (of_gyro(lambda c: replace(c, value=1.3 * c.value), "z"), "gain"),
+    "late": (of_gyro(lambda c: replace(c, time=c.time + 0.05), "xyz"), "delay"),
+    "biased": (of_gyro(lambda c: replace(c, value=c.value + c.value.std()), "x"), "bias"),
+}
+
+
+@pytest.mark.parametrize("frame", ["body", "world"])
+@pytest.mark.parametrize("angled", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_sound_gyro_is_not_doubted(seed: int, angled: bool, frame: str):
+    """Tilted by up to a radian and more, where the rate of roll is no component of the angular velocity."""
+    assert [finding.message for finding in loud(tumbling(seed, frame=frame, angled=angled))] == []
+
+
+@pytest.mark.parametrize("angled", [False, True])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_faulty_gyro_is_named(fault: str, angled: bool):
+    change, code = FAULTS[fault]
+    channels = tumbling(7, frame="body", angled=angled)
+    found = loud(change(channels))
+    touched = {c.name for before, c in zip(channels, change(channels), strict=True) if c is not before}
+    assert {finding.channel for finding in found if finding.code == code} == touched, [finding.message for finding in found]
+    assert {finding.code for finding in found} == {code}
+
+
+def test_axes_of_the_world_for_those_of_the_body_are_told():
+    """The most common slip with gyros: they measure in their own axes."""
+    found = loud([replace(c, frame="world") if c.name.startswith("gyro") else c for c in tumbling(3, frame="body")])
+    assert found
+    assert all(finding.channel.startswith(("gyro", "q")) for finding in found)
