@@ -77,8 +77,9 @@ def test_a_faulty_gyro_is_named(fault: str, angled: bool):
     assert {finding.code for finding in found} == {code}
 
 
-def test_axes_of_the_world_for_those_of_the_body_are_told():
-    """The most common slip with gyros: they measure in their own axes."""
-    found = loud([replace(c, frame="world") if c.name.startswith("gyro") else c for c in tumbling(3, frame="body")])
-    assert found
-    assert all(finding.channel.startswith(("gyro", "q")) for finding in found)
+@pytest.mark.parametrize("angled", [False, True])
+@pytest.mark.parametrize(("true", "stated"), [("body", "world"), ("world", "body")])
+def test_axes_that_are_not_those_of_the_manifest_are_told(true: str, stated: str, angled: bool):
+    """The usual slip with gyros: they measure about their own axes, and the manifest says nothing of it."""
+    found = loud([replace(c, frame=stated) if c.name.startswith("gyro") else c for c in tumbling(3, frame=true, angled=angled)])
+    assert {(finding.code, finding.channel, finding.detail["frame"]) for finding in found} == {("frame", f"gyro_{c}", true) for c in "xyz"}

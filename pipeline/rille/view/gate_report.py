@@ -42,6 +42,7 @@ MEANING = {
     "time_unit": "time in another unit",
     "unit": "value in another unit",
     "sign": "turned sign",
+    "frame": "measures about other axes",
     "gain": "another scale than a redundant channel",
     "bias": "offset against a redundant channel",
     "delay": "later than another channel",

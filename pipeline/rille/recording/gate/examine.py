@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rille.model.recording import Channel, GateFinding, Recording
 from rille.recording.gate.agreement import check_agreement
 from rille.recording.gate.clock import RATES, check_clock, check_common_time
+from rille.recording.gate.frames import check_frames
 from rille.recording.gate.header import check_header
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.missing import check_missing
@@ -185,7 +186,10 @@ def _together(
             fit = fit_lag(tracks[pair.first], tracks[pair.second], pair.order, response=pair.kind == "response")
             if fit is not None:
                 fits.append((pair, fit))
-    found = check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
+    found = check_frames(tracks, fits, turns)
+    turned = {finding.channel for finding in found}
+    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in turned]
+    found += check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
     owner = {name: turning.parts[0] for name, turning in turns.items()}
     return [
         (

@@ -19,7 +19,8 @@ NOTHING: Samples = (np.empty(0), np.empty(0))
 def lay_tracks(
     source: Source, stretches: Sequence[Stretch], lame: Sequence[Lame], tell: Callable[[str, float], None]
 ) -> tuple[dict[str, Track], dict[str, Turning]]:
-    """Tracks by the names of channels and turnings, and the turnings that have one, by name.
+    """Tracks by the names of channels and turnings, and the turnings that have one, by name: about the axes that the gyro is said to have,
+    and about the other ones.
 
     lame : of each recording. tell : called with the name of a channel and the part of them that is done.
     """
@@ -33,7 +34,8 @@ def lay_tracks(
         if track is not None:
             tracks[name] = track
     turns: dict[str, Turning] = {}
-    for turning in {turning.name: turning for channels in used for turning, _ in turnings(channels)}.values():
+    stated = [turning for channels in used for turning, _ in turnings(channels)]
+    for turning in dict.fromkeys([*stated, *(turning.in_other_axes() for turning in stated)]):
         track = _turned(source, turning, stretches, lame, apart)
         if track is not None:
             tracks[turning.name], turns[turning.name] = track, turning

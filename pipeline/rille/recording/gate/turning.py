@@ -1,7 +1,7 @@
 """What a recorded orientation says of turning: angles whose rates are the components of the angular velocity, whatever the tilt."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,10 @@ class Turning:
     def name(self) -> str:
         """Of the channel that it makes."""
         return f"turn of {', '.join(self.parts)} about {self.axis}{' of the body' if self.frame == 'body' else ''}"
+
+    def in_other_axes(self) -> "Turning":
+        """About the axis of that letter of W if this is of the body, and the other way round."""
+        return replace(self, frame="world" if self.frame == "body" else "body")
 
     def channel(self, head: Channel) -> Channel:
         """What it is. head : the first of its parts, with the times whose interval is asked for."""
