@@ -70,6 +70,7 @@ FAULTS: dict[str, tuple[Fault, str, str, set[str]]] = {  # fault, code, severity
     "kiloseconds": (times(lambda t: 1e-3 * t), "time_unit", "error", {"time", "pose"}),
     "held rate": (values("shoulder_velocity", held), "stuck", "warning", {"shoulder_velocity"}),
     "held position": (values("shoulder_position", held), "stuck", "warning", {"shoulder_position"}),
+    "held heading": (values("heading", held), "stuck", "warning", {"heading"}),
     "dead": (values("gyro", lambda t, v: np.full(len(v), 0.3)), "stuck", "error", {"gyro"}),
     "cut off": (values("elbow_velocity", lambda t, v: np.clip(v, -v.std(), v.std())), "saturation", "warning", {"elbow_velocity"}),
     "missing": (values("speed", hole), "missing", "error", {"speed"}),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rille.model.quaternion import angles, conjugate, exponential, into_body, product
+from rille.model.quaternion import angles, conjugate, exponential, from_angles, into_body, product
 from rille.model.recording import ANGLES, Channel, GateFinding, Recording
 from rille.recording.gate import gate
 
@@ -83,3 +83,26 @@ def test_axes_that_are_not_those_of_the_manifest_are_told(true: str, stated: str
     """The usual slip with gyros: they measure about their own axes, and the manifest says nothing of it."""
     found = loud([replace(c, frame=stated) if c.name.startswith("gyro") else c for c in tumbling(3, frame=true, angled=angled)])
     assert {(finding.code, finding.channel, finding.detail["frame"]) for finding in found} == {("frame", f"gyro_{c}", true) for c in "xyz"}
+
+
+def driving(tilt: float, bias: float) -> list[Channel]:
+    """Angles to 10 mrad and a gyro of a body that turns about the vertical, on ground that tilts it to one side."""
+    rng = np.random.default_rng(1)
+    t = np.arange(0, DURATION, 1 / RATE)
+    yaw, rate = 0.8 * np.sin(0.5 * t), 0.4 * np.cos(0.5 * t)
+    rates = into_body(from_angles(np.stack([0 * t, tilt + 0 * t, yaw], axis=-1)), np.stack([0 * t, 0 * t, rate], axis=-1))
+    rates += bias + 1e-4 * rng.normal(size=rates.shape)
+    gyro = Channel(name="gyro", quantity="part.angular_velocity", target="base", unit="rad/s", frame="body", time=t)
+    angle = Channel(name="angle", quantity="part.orientation", target="base", unit="rad", time=t)
+    seen = {"roll": 0 * t, "pitch": tilt + 0 * t, "yaw": yaw}
+    channels = [replace(gyro, name=f"gyro_{c}", component=c, value=rates[:, k]) for k, c in enumerate("xyz")]
+    return channels + [
+        replace(angle, name=c, component=c, value=np.round(value + 1e-3 * rng.normal(size=len(t)), 2)) for c, value in seen.items()
+    ]
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("bias", [0.0, 2e-3, 1e-2])
+def test_a_coarse_roll_that_stays_is_no_stuck_one(tilt: float, bias: float):
+    """A gyro that is off by half a degree per second makes no motion, nor does the part of a turn that it sees about its tilted x."""
+    assert [finding.message for finding in loud(driving(tilt, bias)) if finding.code != "bias"] == []

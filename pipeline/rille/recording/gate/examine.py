@@ -1,20 +1,20 @@
 """The data gate: all checks, over the recordings of one import."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model.recording import Channel, GateFinding, Recording
+from rille.model.recording import ANGLES, Channel, GateFinding, Recording
 from rille.recording.gate.agreement import check_agreement
 from rille.recording.gate.clock import RATES, check_clock, check_common_time
 from rille.recording.gate.frames import check_frames
 from rille.recording.gate.header import check_header
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.missing import check_missing
-from rille.recording.gate.motion import Held, contradicts, manner_of
+from rille.recording.gate.motion import LEVEL, TILTS, Held, contradicts, manner_of
 from rille.recording.gate.noise import check_noise
 from rille.recording.gate.quantisation import check_quantisation
 from rille.recording.gate.ranges import check_range
@@ -26,13 +26,11 @@ from rille.recording.gate.stretches import BINS, MOST, Stretch, activity, choose
 from rille.recording.gate.stuck import check_stuck, held_stretches
 from rille.recording.gate.track import Track
 from rille.recording.gate.tracks import Lame, lay_tracks
-from rille.recording.gate.turning import Turning
 from rille.recording.gate.witness import check_witnesses
 from rille.recording.gate.wrapped import check_wrapped
 from rille.recording.points_gate import points_findings
 
 Array = NDArray[np.float64]
-LEVEL = 0.4  # [rad] of roll and pitch, up to which the rate of an angle is nearly a component of the angular velocity
 Findings = tuple[GateFinding, ...]
 Progress = Callable[[str, float], None]
 
@@ -179,16 +177,17 @@ def _together(
         return []
     tracks, turns = lay_tracks(source, stretches, lame, lambda name, part: tell(f"stretches of {name}", 0.7 + 0.1 * part))
     heads = {**heads, **{name: turning.channel(heads[turning.parts[0]]) for name, turning in turns.items()}}
+    turned = {pair.second for pair in distinct if pair.first in turns}
     fits: list[tuple[Pair, Fit]] = []
     for j, pair in enumerate(distinct):
         tell(f"{pair.first} against {pair.second}", 0.8 + 0.2 * j / len(distinct))
-        if pair.first in tracks and pair.second in tracks and _comparable(pair, heads, tracks, turns):
+        if pair.first in tracks and pair.second in tracks and _comparable(pair, heads, tracks, turned):
             fit = fit_lag(tracks[pair.first], tracks[pair.second], pair.order, response=pair.kind == "response")
             if fit is not None:
                 fits.append((pair, fit))
     found = check_frames(tracks, fits, turns)
-    turned = {finding.channel for finding in found}
-    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in turned]
+    other = {finding.channel for finding in found}
+    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in other]
     found += check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
     owner = {name: turning.parts[0] for name, turning in turns.items()}
     return [
@@ -200,16 +199,15 @@ def _together(
     ]
 
 
-def _comparable(pair: Pair, heads: Mapping[str, Channel], tracks: Mapping[str, Track], turns: Mapping[str, Turning]) -> bool:
-    """Whether the second of a pair is the rate of the first: of an angle of a body while that stays level, of a turning in any case.
+def _comparable(pair: Pair, heads: Mapping[str, Channel], tracks: Mapping[str, Track], turned: Collection[str]) -> bool:
+    """Whether the second of a pair is the rate of the first: of a turning always, of an angle of a body while that stays level.
 
-    The turning of angles is looked at where they are not level: the angles themselves say the same before.
+    turned : rates of which a turning is known. The angles that it is made of say the same, but for a tilt.
     """
     first = heads[pair.first]
-    if pair.kind != "rate" or first.quantity != "part.orientation":
+    if pair.kind != "rate" or first.quantity != "part.orientation" or first.component not in ANGLES:
         return True
-    tilts = [n for n, c in heads.items() if (c.quantity, c.target) == (first.quantity, first.target) and c.component in ("roll", "pitch")]
-    tilted = any(float(np.nanquantile(np.abs(tracks[name].value), 0.99)) > LEVEL for name in tilts if name in tracks)
-    if pair.first not in turns:
-        return not tilted
-    return tilted or turns[pair.first].of_quaternion
+    if pair.second in turned:
+        return False
+    tilts = [n for n, c in heads.items() if (c.quantity, c.target) == (first.quantity, first.target) and c.component in TILTS]
+    return all(float(np.nanquantile(np.abs(tracks[name].value), 0.99)) <= LEVEL for name in tilts if name in tracks)

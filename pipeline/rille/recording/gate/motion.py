@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.model.recording import ANGLES
 from rille.recording.gate.noise import white_noise
 from rille.recording.gate.relations import Pair
 from rille.recording.gate.source import Source, Span
@@ -13,15 +14,22 @@ from rille.recording.gate.source import Source, Span
 Array = NDArray[np.float64]
 SIGMAS = 8.0
 BIAS = 0.15  # part of a rate's spread that may be its bias, and so proves no motion
+GYRO_BIAS = 0.02  # [rad/s] what the cheaper gyros are off by, however little they turn
+TILTS = ("roll", "pitch")
+LEVEL = 0.4  # [rad] of roll and pitch, up to which the rate of an angle is nearly a component of the angular velocity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manner:
-    """How a channel behaves: standard deviation, white noise and resolution (0: none found), all in its unit."""
+    """How a channel behaves: standard deviation, white noise, resolution (0: none found) and largest size, all in its unit.
+
+    reach : of 99 % of the values, so that a spike does not count.
+    """
 
     spread: float
     noise: float
     resolution: float
+    reach: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,18 +60,21 @@ def contradicts(source: Source, k: int, name: str, held: Held, manners: Mapping[
         if len(time) < 5 or time[-1] <= time[0]:
             continue
         lasted, fault = float(time[-1] - time[0]), manners[other]
+        across = _across(source, k, pair, held.span, manners)
         if pair.order == 0:
             change, floor = _range(value), SIGMAS * fault.noise + 3 * fault.resolution
         elif name == pair.first:  # the other is the rate: the way it goes
-            rate = value - np.clip(np.mean(value), -BIAS * fault.spread, BIAS * fault.spread)
+            bias = max(BIAS * fault.spread, _usual_bias(source, k, other))
+            rate = value - np.clip(np.mean(value), -bias, bias)
             change = _range(np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))]))
             floor = SIGMAS * fault.noise * lasted / np.sqrt(len(time)) + fault.resolution * lasted
         else:  # the other is what the rate integrates to: its way besides that of the held rate
             way = value - held.value * (time - time[0])
-            slope = np.clip(np.polyfit(time - time[0], way, 1)[0], -BIAS * own.spread, BIAS * own.spread)
+            bias = max(BIAS * own.spread, _usual_bias(source, k, name))
+            slope = np.clip(np.polyfit(time - time[0], way, 1)[0], -bias, bias)
             change = _range(way - slope * (time - time[0]))
             floor = SIGMAS * fault.noise + 3 * fault.resolution + own.resolution * lasted
-        if change > max(floor, least if pair.order == 0 or name == pair.first else 0.0):
+        if change - across > max(floor, least if pair.order == 0 or name == pair.first else 0.0):
             return other
         verdict = ""
     return verdict
@@ -77,7 +88,39 @@ def manner_of(value: Array, resolution: float | None) -> Manner:
         else np.concatenate([value[s : s + 1000] for s in np.linspace(0, len(value) - 1000, 200).astype(int)])
     )
     finite = pieces[np.isfinite(pieces)]
-    return Manner(spread=float(np.std(finite)) if len(finite) else 0.0, noise=white_noise(pieces), resolution=resolution or 0.0)
+    return Manner(
+        spread=float(np.std(finite)) if len(finite) else 0.0,
+        noise=white_noise(pieces),
+        resolution=resolution or 0.0,
+        reach=float(np.quantile(np.abs(finite), 0.99)) if len(finite) else 0.0,
+    )
+
+
+def _usual_bias(source: Source, k: int, rate: str) -> float:
+    return GYRO_BIAS if source.recordings[k].channel(rate).quantity == "part.angular_velocity" else 0.0
+
+
+def _across(source: Source, k: int, pair: Pair, span: Span, manners: Mapping[str, Manner]) -> float:
+    """How far the angle of a pair may go in a stretch by the other rates of its body [rad], or the rate's integral without it.
+
+    Of a body that is level, not at all; else at most by its tilt times their ways, of a heading too where the axes are those of W. Infinite
+    beyond ``LEVEL``: there the one is not the rate of the other. What was not recorded is taken as 0.
+    """
+    channels = [channel for channel in source.recordings[k].channels if channel.name in manners]
+    angle, rate = (next(channel for channel in channels if channel.name == name) for name in (pair.first, pair.second))
+    if pair.kind != "rate" or angle.quantity != "part.orientation":
+        return 0.0
+    mixing = TILTS if rate.frame == "body" or angle.component == "yaw" else ANGLES
+    of_body = [channel for channel in channels if channel.target == rate.target]
+    tilt = max((manners[c.name].reach for c in of_body if c.quantity == angle.quantity and c.component in mixing), default=0.0)
+    if tilt > LEVEL:
+        return float(np.inf)
+    way = 0.0
+    for other in of_body:
+        if (other.quantity, other.frame) == (rate.quantity, rate.frame) and other.component != rate.component:
+            value = source.samples(k, other.name, span)[1]
+            way += float(np.nanmean(np.abs(value))) * (span[1] - span[0]) if np.isfinite(value).any() else 0.0
+    return tilt * way
 
 
 def _range(value: Array) -> float:
