@@ -47,6 +47,7 @@ def make_remembering(path):
         Effect(kind="motor_lag", parameters={"time_constant": 0.2}),
         Effect(kind="joint_elasticity", target="wheel_front_left", parameters={"compliance": 1e-3}),
         Effect(kind="coulomb_friction", parameters={"torque": 0.2}),
+        Effect(kind="command_delay", target="wheel_front_right", parameters={"delay": 0.0123}),
         Effect(kind="delay", target="encoder", parameters={"delay": 0.05}),
     )
     store.create(path)

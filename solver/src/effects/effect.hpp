@@ -154,6 +154,7 @@ struct Effects {
   std::vector<JointEffects> joints;
   std::vector<BodyEffects> bodies;
   std::vector<SensorEffects> sensors;
+  std::vector<double> command_delay;  // [s] by which commands reach each drive later than they are given
 };
 
 // What a law is given when it is attached: its numbers, and the model that it may change.

@@ -79,6 +79,7 @@ Effects attach_effects(Model& model) {
   effects.joints.resize(model.rover.joints.size());
   effects.bodies.resize(model.rover.bodies.size());
   effects.sensors.resize(model.rover.sensors.size());
+  effects.command_delay.resize(model.rover.drives.size());
   for (const EffectRow& row : model.effects) {
     const auto* entry = std::find_if(std::begin(kEntries), std::end(kEntries), [&](const Entry& e) { return row.kind == e.name; });
     if (entry == std::end(kEntries))
@@ -86,16 +87,19 @@ Effects attach_effects(Model& model) {
                                      row.target_name));
     entry->attach({row, model, effects});
   }
+  if (std::any_of(effects.command_delay.begin(), effects.command_delay.end(), [](double delay) { return delay != 0; })) {
+    auto& commands = model.scenario.commands;
+    for (Command& command : commands) command.time += effects.command_delay[static_cast<std::size_t>(command.drive)];
+    std::stable_sort(commands.begin(), commands.end(), [](const Command& x, const Command& y) { return x.time < y.time; });
+  }
   return effects;
 }
 
 double longest_command_delay(const Model& model) {
   if (model.effects.empty()) return 0;
   Model probe{.rover = model.rover, .terrain = model.terrain, .scenario = {}, .effects = model.effects, .catalogue = nullptr};
-  for (std::size_t drive = 0; drive < probe.rover.drives.size(); ++drive) probe.scenario.commands.push_back({static_cast<int>(drive), 0, 0});
-  attach_effects(probe);
   double longest = 0;
-  for (const Command& command : probe.scenario.commands) longest = std::max(longest, command.time);
+  for (const double delay : attach_effects(probe).command_delay) longest = std::max(longest, delay);
   return longest;
 }
 

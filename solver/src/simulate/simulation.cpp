@@ -130,15 +130,17 @@ std::optional<Command> Simulation::command(int drive, double value) {
   // At t = 0 the drives were read before the mechanism settled; what comes after that acts from the first step's end on.
   const long long step = std::max({steps_, first_free_step_, 1LL});
   const Command made{drive, static_cast<double>(step) * model_->scenario.step, value};
+  Command late = made;
+  late.time += effects_->command_delay[at(drive)];
   auto& commands = model_->scenario.commands;
   const auto first = commands.begin() + static_cast<std::ptrdiff_t>(next_command_);
   const auto of_drive = [&](const Command& c) { return c.drive == drive; };
   if (drives_[at(drive)].is_set_to(value) && std::none_of(first, commands.end(), of_drive)) return std::nullopt;
-  const auto same = std::find_if(first, commands.end(), [&](const Command& c) { return of_drive(c) && c.time == made.time; });
+  const auto same = std::find_if(first, commands.end(), [&](const Command& c) { return of_drive(c) && c.time == late.time; });
   if (same != commands.end())
     same->value = value;
   else
-    commands.insert(std::upper_bound(first, commands.end(), made.time, [](double time, const Command& c) { return time < c.time; }), made);
+    commands.insert(std::upper_bound(first, commands.end(), late.time, [](double time, const Command& c) { return time < c.time; }), late);
   return made;
 }
 

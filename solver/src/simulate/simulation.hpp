@@ -55,7 +55,8 @@ class Simulation {
   // Goes on from another motion at the present time; what is not motion stays as it is, and moves along with what carries it.
   void put(const MechanismState& motion);
   // A set value from the next step on, and part of the motion put elsewhere now: what was steered. Both are kept in the scenario, so that a
-  // run of it repeats this one bit by bit, and returned as they are kept there. Raise InputRefused for what cannot be.
+  // run of it repeats this one bit by bit, and returned as they are kept there: a command with the time when it was given, whatever delays
+  // it. Raise InputRefused for what cannot be.
   std::optional<Command> command(int drive, double value);  // none: the drive is set to that already
   StateChange change(StateChange change);
   std::vector<double> set_values() const;  // of the drives [rad/s, rad or N m], as of the next step
