@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from command import RILLE, assert_refused, rille
+from effect_rigs import flywheel, free_space
 from machines import cart, free_arm, plane
 from rille import store
 from rille.cli.record_run import run as record_run
 from rille.cli.record_run import simulated_recording
-from rille.model import Command, Effect, InputRefused, Pose, Scenario, Sensor, Watch
+from rille.model import Command, Effect, InitialJointState, InputRefused, Pose, Scenario, Sensor, Watch
 from rille.recording.instruments import read_instruments
 from rille.simulate import run
 from rille.simulate.recorder import Wanted, record
@@ -158,6 +159,40 @@ def test_own_sensors_say_what_the_solver_lets_them_say(make_model):
         some = slice(None) if sensor.name != "imu" else (np.abs(values[there]) < 1.6).all(axis=1)
         said = np.column_stack([channel.value[ours] for channel in channels])
         np.testing.assert_allclose(said[some], values[there][some], atol=1e-12, err_msg=sensor.name)
+
+
+def test_faults_of_all_sensors_and_of_one_come_together(make_model):
+    """As in the solver: offsets add, gains multiply, the narrower range holds."""
+    from rille.recording.instruments import own_instruments
+
+    sensor = Sensor(name="encoder", quantity="joint.position", target="wheel_front_left", rate=40.0)
+    faults = [
+        Effect(kind=kind, target=target, parameters={name: value})
+        for kind, name, values in (
+            ("bias", "offset", (1.0, 0.5)),
+            ("scale", "relative_error", (0.1, 0.2)),
+            ("delay", "delay", (0.02, 0.03)),
+            ("saturation", "inverse_range", (0.1, 0.05)),
+        )
+        for target, value in zip(("*", "encoder"), values, strict=True)
+    ]
+    (made,) = own_instruments([sensor], faults, cart(5.0, 0.15, 0.165)).sensors
+    assert (made.bias, made.scale, made.delay, made.upper) == pytest.approx((1.5, 1.32, 0.05, 10.0))
+
+
+def test_a_position_drive_is_recorded_where_it_holds(make_model):
+    """Without a command it stays where it was, and is not asked to go to 0."""
+    scenario = free_space(
+        duration=1.0,
+        initial_states=(InitialJointState(joint="hub", position=0.5),),
+        commands=(Command(drive="motor", time=0.6, value=0.8),),
+    )
+    rover = flywheel(2.0, "position", position_gain=10.0)
+    wanted = Wanted(quantity="joint.position", target="hub", components=(), frame="world", times=np.array([0.0, 0.3, 0.59]))
+    taken = record(make_model(rover, scenario), scenario, rover, [wanted])
+    assert taken.values[0][:, 0] == pytest.approx(0.5, abs=1e-12)
+    times, values = taken.commands["motor"]
+    assert (times.tolist(), values.tolist()) == ([0.0, 0.6], [0.5, 0.8])
 
 
 NOISY = """

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from rille._solver import Run
 
-from machines import chain, free_arm
+from effect_rigs import EARTH, commanded, flywheel, free_space, hub_sensor
+from machines import box, cart, chain, free_arm, plane
 from remembering import TABLES, make_remembering, numbers
 from rille import store
-from rille.model import Differential, InputRefused, Joint, Scenario, StateChange
+from rille.model import Command, Differential, InputRefused, Joint, JointLimit, LoopClosure, Rover, Scenario, StateChange
 from rille.simulate import read_scenario_file
 from rille.simulate.run import find_solver
 from rille.store.steering import LONGEST
@@ -220,3 +221,94 @@ values = ["30 deg"]
     sheet.write_text(text.replace("JOINT", rover.joints[0].name).replace('"30 deg"', '"30 kg"'))
     with pytest.raises(InputRefused, match="30 kg"):
         read_scenario_file(sheet, rover)
+
+
+def four_bar():
+    """A crank of 0.2 m that the world holds, a coupler, and a rocker of 0.45 m that can go neither far up nor down."""
+    a, b, c, d = (0.0, 0.0, 0.0), (0.0, 0.0, 0.2), (0.75, 0.0, 0.45), (0.8, 0.0, 0.0)
+    rods = (("crank", a, b), ("coupler", b, c), ("rocker", d, c))
+    bodies = tuple(box(name, 1.0, tuple(np.add(one, other) / 2), (0.1, 0.1, 0.1)) for name, one, other in rods)
+    places = (("a", None, "crank", a), ("b", "crank", "coupler", b), ("d", None, "rocker", d))
+    joints = tuple(Joint(name=n, kind="hinge", parent=parent, child=child, point=at, axis=(0, 1, 0)) for n, parent, child, at in places)
+    return Rover(bodies=bodies, joints=joints, loop_closures=(LoopClosure(name="c", body_a="coupler", body_b="rocker", point=c),))
+
+
+def test_a_joint_that_would_tear_its_loop_stays_where_it_is(make_model):
+    """The same bytes as without the request, at once and after a hundred more steps."""
+    path = make_model(four_bar(), Scenario(name="s", duration=1, gravity=(0, 0, -EARTH)))
+    states = []
+    for asked in (False, True):
+        run = Run(str(path), endless=True)
+        run.begin()
+        run.advance(50)
+        if asked:
+            with pytest.raises(InputRefused, match="its loop would stay open"):
+                run.change("joint.position", "d", [3.0])
+        states.append(run.simulation.save())
+        assert run.advance(100) == "running"
+        states.append(run.simulation.save())
+        run.finish()
+        del run
+    assert states[:2] == states[2:]
+
+
+def test_accounts_go_on_when_a_state_is_changed(make_model):
+    """What was done and lost so far stays so, and what the change itself gives or takes is neither: the balance closes as before."""
+    rover = cart(5.0, 0.15, 0.165)
+    commands = tuple(Command(drive=d.name, time=0.0, value=0.8) for d in rover.drives)
+    scenario = Scenario(
+        name="s", duration=2, gravity=(0, 0, -EARTH), terrain="plane", placement="on_terrain", settle_time=2, commands=commands
+    )
+    run = Run(str(make_model(rover, scenario, plane())), endless=True)
+    run.begin()
+    run.advance(1000)
+    before = run.simulation.energy_balance()
+    assert before["soil_loss"] > 1.0
+    run.change("part.linear_velocity", "chassis", [0.3, 0.0, 0.0])
+    after = run.simulation.energy_balance()
+    assert after["kinetic"] > before["kinetic"] + 0.1
+    for account in ("drive_work", "soil_loss", "joint_loss", "external_work", "potential", "residual"):
+        assert after[account] == pytest.approx(before[account], abs=1e-9), account
+    run.advance(300)
+    later = run.simulation.energy_balance()
+    assert later["joint_loss"] == pytest.approx(0.0, abs=1e-9)
+    assert abs(later["residual"]) < 1e-6 * later["drive_work"]  # what the integration leaves open, as without a change
+
+
+def test_a_killed_run_lasts_as_long_as_what_it_wrote(make_model):
+    """More than 200 outputs within a second, which the recorder commits by itself."""
+    path = make_model(flywheel(2.0, "speed"), free_space(duration=2.0, output_interval=0.02))
+    name = store.write_steered(path, store.read_scenario(path), "live")
+    run = Run(str(path), scenario=name, endless=True)
+    run.begin()
+    run.advance(4800)
+    mine = run.id
+    del run  # as a program that is killed
+    written = max(state[0] for state in numbers(path, mine)["body_state"])
+    assert written >= 3.9
+    assert store.read_scenario(path, name).duration == pytest.approx(written, abs=1e-9)
+
+
+def test_a_saved_state_comes_with_what_happened_since_the_last_output(make_model):
+    """Samples and events; saved between two outputs, which are half a second apart."""
+    rover = flywheel(2.0, "speed", sensors=(hub_sensor(),))
+    rover = replace(rover, joints=(replace(rover.joints[0], limit=JointLimit(lower=-0.2, upper=0.2)),))
+    path = make_model(rover, commanded(0.5, duration=4.0, output_interval=0.5))
+    name = store.write_steered(path, store.read_scenario(path), "live")
+    run = Run(str(path), scenario=name, endless=True)
+    run.begin()
+    run.advance(700)
+    run.save("between")
+    run.finish()
+    del run
+    other = store.write_continued(path, "between", "live")
+    run = Run(str(path), scenario=other, endless=True, saved="between")
+    run.begin()
+    run.advance(300)
+    mine = run.id
+    run.finish()
+    del run
+    first, second = numbers(path, mine), numbers(path, repeat(path, other))
+    assert any("limit_reached" in line for line in first["event"])
+    for table in ("sensor_sample", "event"):
+        assert first[table] == second[table], table

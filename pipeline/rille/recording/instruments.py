@@ -2,7 +2,7 @@
 
 import fnmatch
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -132,22 +132,24 @@ def own_instruments(sensors: Sequence[Sensor], effects: Sequence[Effect], rover:
     clocks: dict[str, SampleClock] = {}
     made: list[Instrument] = []
     for sensor in sensors:
-        faults = {effect.kind: effect.parameters for effect in effects if effect.target in ("*", sensor.name)}
+        faults = [effect for effect in effects if effect.target in ("*", sensor.name)]
         components = ["w", "x", "y", "z"] if sensor.quantity == "part.orientation" else None
-        inverse_range = _fault(faults, "saturation", "inverse_range")
+        inverse_range = max(_each(faults, "saturation", "inverse_range"), default=0.0)
+        lost = 1 - math.prod(1 - fraction for fraction in _each(faults, "dropout", "fraction"))
         entry = _Sensor(
             name=sensor.name,
             quantity=sensor.quantity,
             target=sensor.target,
             components=components,
             frame=sensor.frame if sensor.quantity not in ("part.position", "part.orientation") else "world",
-            clock=_Clock(rate=sensor.rate, skew=_fault(faults, "clock_skew", "skew")),
-            delay=_fault(faults, "delay", "delay"),
-            scale=(1 + _fault(faults, "scale", "relative_error")) * (1 - 2 * _fault(faults, "wrong_sign", "flip")),
-            bias=_fault(faults, "bias", "offset"),
-            trend=_fault(faults, "drift", "rate"),
+            clock=_Clock(rate=sensor.rate, skew=math.prod(1 + skew for skew in _each(faults, "clock_skew", "skew")) - 1),
+            delay=sum(_each(faults, "delay", "delay")),
+            scale=math.prod(1 + error for error in _each(faults, "scale", "relative_error"))
+            * math.prod(1 - 2 * flip for flip in _each(faults, "wrong_sign", "flip")),
+            bias=sum(_each(faults, "bias", "offset")),
+            trend=sum(_each(faults, "drift", "rate")),
             saturation=1 / inverse_range if inverse_range > 0 else None,
-            dropout=_Lapses(fraction=min(_fault(faults, "dropout", "fraction"), 0.999)) if "dropout" in faults else None,
+            dropout=_Lapses(fraction=min(lost, 0.999)) if lost > 0 else None,
         )
         made += _instruments(entry, rover, clocks)
     result = Instruments(clocks=clocks, sensors=tuple(made), commands=tuple(_logs(_Command(), rover, clocks)))
@@ -155,9 +157,10 @@ def own_instruments(sensors: Sequence[Sensor], effects: Sequence[Effect], rover:
     return result
 
 
-def _fault(faults: Mapping[str, Mapping[str, object]], kind: str, parameter: str) -> float:
-    value = faults.get(kind, {}).get(parameter, 0.0)
-    return float(value) if isinstance(value, int | float) else 0.0
+def _each(faults: Sequence[Effect], kind: str, parameter: str) -> list[float]:
+    """A parameter of every fault of a kind: one for all sensors and one for this may come together."""
+    values = [fault.parameters.get(parameter, 0.0) for fault in faults if fault.kind == kind]
+    return [float(value) for value in values if isinstance(value, int | float)]
 
 
 def _require_unique(made: Instruments, where: str) -> None:

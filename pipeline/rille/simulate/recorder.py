@@ -92,6 +92,7 @@ def record(
     by_step = [k for (quantity, _, _), k in place.items() if quantity == "part.linear_acceleration" or quantity.startswith("motor.")]
     values = tuple(np.full((len(want.times), max(1, len(want.components))), np.nan) for want in wanted)
     taken = [0] * len(wanted)
+    first = {drive.name: simulation.read("joint.position", drive.joint)[0] if drive.mode == "position" else 0.0 for drive in rover.drives}
     status, done, fired, last = simulation.settle(), 0, [], np.empty((0, len(columns)))
     try:
         while status == "running" and done < n_steps:
@@ -114,7 +115,7 @@ def record(
         status = "interrupted"
     return Taken(
         values=values,
-        commands=_commands(scenario, rover, fired, done * h),
+        commands=_commands(scenario, first, fired, done * h),
         status="done" if status == "running" else status,
         reached=done * h,
         message="" if status in ("running", "interrupted") else simulation.message,
@@ -160,16 +161,20 @@ def _read(want: Wanted, place: Mapping[Column, int], rows: Array, position: Arra
     return np.column_stack([angle_of(q, word) if word in ANGLES else q[:, QUATERNION.index(word)] for word in want.components])
 
 
-def _commands(scenario: Scenario, rover: Rover, fired: Sequence[tuple[float, str]], reached: float) -> dict[str, tuple[Array, Array]]:
-    """What each drive was set to: 0 at first, then the scenario's commands and those of watches, up to ``reached`` [s]."""
+def _commands(
+    scenario: Scenario, first: Mapping[str, float], fired: Sequence[tuple[float, str]], reached: float
+) -> dict[str, tuple[Array, Array]]:
+    """What each drive was set to up to ``reached`` [s]: by itself at first (where it stands, of a position drive), then by the scenario's
+    commands and those of watches.
+    """
     given = [(command.time, command.drive, command.value) for command in scenario.commands]
     acting = {watch.name: watch for watch in scenario.watches if watch.action == "command"}
     given += [(time, str(acting[name].drive), float(acting[name].value or 0.0)) for time, name in fired if name in acting]
     result = {}
-    for drive in rover.drives:
-        series = {0.0: 0.0}
+    for drive, own in first.items():
+        series = {0.0: own}
         for time, name, value in sorted(given, key=lambda one: one[0]):
-            if name == drive.name and time <= reached:
+            if name == drive and time <= reached:
                 series[time] = value
-        result[drive.name] = (np.array(list(series)), np.array(list(series.values())))
+        result[drive] = (np.array(list(series)), np.array(list(series.values())))
     return result

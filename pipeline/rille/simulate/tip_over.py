@@ -42,7 +42,7 @@ def support_corners(machine: Machine) -> Corners | None:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Support:
     """mass : (m,) [kg] of bodies. com : (m, 3) [m] from each body's frame, along it. hubs : (n, 3) [m] centres of the wheels at the corners
-    in the frames of their bodies. radius : (n,) [m]. bodies, corners : names.
+    in the frames of their bodies. radius : (n,) [m]. bodies, corners : names. axes : (3, 3) rows in W, the last one against gravity.
     """
 
     bodies: tuple[str, ...]
@@ -51,6 +51,7 @@ class Support:
     corners: tuple[str, ...]
     hubs: Array
     radius: Array
+    axes: Array
 
     def angles(self, poses: Mapping[str, tuple[Array, Array]]) -> Array:
         """(k,) [rad] smallest angle at each instant. poses : by body, position (k, 3) and quaternion w x y z (k, 4) in W."""
@@ -58,6 +59,7 @@ class Support:
         center = np.asarray(moment) / self.mass.sum()
         feet = np.stack([_carried(poses[body], hub) for body, hub in zip(self.corners, self.hubs, strict=True)])
         feet[:, :, 2] -= self.radius[:, None]
+        center, feet = center @ self.axes.T, feet @ self.axes.T
         along = np.roll(feet, -1, axis=0) - feet
         to_center = center - feet
         length = np.hypot(along[..., 0], along[..., 1])
@@ -67,10 +69,13 @@ class Support:
         return np.arctan2(inside, height).min(axis=0)
 
 
-def support_of(corners: Corners, bodies: Sequence[tuple], wheels: Sequence[tuple], body_states: Array, wheel_states: Array) -> Support:
+def support_of(
+    corners: Corners, bodies: Sequence[tuple], wheels: Sequence[tuple], body_states: Array, wheel_states: Array, gravity: Sequence[float]
+) -> Support:
     """Support of a machine as it is now.
 
-    bodies, wheels : rows of the model's facts. body_states, wheel_states : rows of ``Simulation.bodies()`` and ``wheels()``.
+    bodies, wheels : rows of the simulation's facts. body_states, wheel_states : rows of ``Simulation.bodies()`` and ``wheels()``.
+    gravity : (3,) in W [m/s^2]; none: as if it pulled down.
     """
     names = [row[0] for row in bodies]
     poses = {name: (state[:3], state[3:7]) for name, state in zip(names, body_states, strict=True)}
@@ -81,7 +86,17 @@ def support_of(corners: Corners, bodies: Sequence[tuple], wheels: Sequence[tuple
         corners=corners.bodies,
         hubs=np.array([_own(poses[body], wheel_states[k, :3]) for k, body in zip(corners.wheels, corners.bodies, strict=True)]),
         radius=np.array([wheels[k][2] for k in corners.wheels]),
+        axes=_upright(np.asarray(gravity, dtype=np.float64)),
     )
+
+
+def _upright(gravity: Array) -> Array:
+    """Axes (3, 3) whose last one points against gravity, and whose first one is as near to x of W as can be."""
+    size = float(np.linalg.norm(gravity))
+    up = -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
+    ahead = np.cross([0.0, 1.0, 0.0], up)
+    ahead /= np.linalg.norm(ahead)
+    return np.stack([ahead, np.cross(up, ahead), up])
 
 
 def _carried(pose: tuple[Array, Array], point: Array) -> Array:

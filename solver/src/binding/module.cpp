@@ -553,6 +553,8 @@ NB_MODULE(_solver, module) {
               const std::optional<double>& step) { new (self) Simulation(load(path, scenario, step)); },
            "path"_a, "scenario"_a = nb::none(), "step"_a = nb::none())
       .def("__init__", [](Simulation* self, const rille::Model& model) { new (self) Simulation(model); }, "model"_a)
+      .def_prop_ro("facts", [](const Simulation& s) { return facts(s.model()); }, "As of a Model, with what effects change in masses and centres of mass.")
+      .def_prop_ro("gravity", [](const Simulation& s) { return triple(s.model().scenario.gravity); }, "Gravity in W [m/s^2], effects included.")
       .def("save", [](Simulation& s) { const std::string state = s.save(); return nb::bytes(state.data(), state.size()); },
            "The complete state as bytes: a simulation of the same model that restores them goes on bit by bit as this one.")
       .def("restore", [](Simulation& s, const nb::bytes& state) { s.restore(std::string(state.c_str(), state.size())); }, "state"_a,

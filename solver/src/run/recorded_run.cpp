@@ -132,6 +132,7 @@ std::vector<Event> RecordedRun::tell() {
 }
 
 void RecordedRun::record(bool with_snapshot) {
+  if (with_snapshot && endless_) recorder_->set_duration(simulation_->time());  // adding may commit
   if (with_snapshot) recorder_->add(simulation_->snapshot());
   recorder_->add(simulation_->take_events());
   heard_of_these_ = 0;
@@ -208,6 +209,8 @@ void RecordedRun::change(StateChange change) {
 
 void RecordedRun::save(const std::string& name) {
   simulation_->close_instant();
+  hear();
+  record(false);  // what happened since the last output is not in the state
   recorder_->add_saved(name, simulation_->steps(), simulation_->time(), world_, simulation_->save());
   commit();
 }

@@ -161,7 +161,12 @@ StateChange Simulation::change(StateChange change) {
   if (next_change_ < changes.size() && changes[next_change_].time <= change.time)
     throw InputRefused(fmt::format("the scenario itself changes the state at {:g} s; go beyond that first", changes[next_change_].time));
   changes.insert(changes.begin() + static_cast<std::ptrdiff_t>(next_change_), change);
-  make_changes();
+  try {
+    make_changes();
+  } catch (const InputRefused&) {  // nothing has happened
+    changes.erase(changes.begin() + static_cast<std::ptrdiff_t>(next_change_));
+    throw;
+  }
   return change;
 }
 
@@ -170,10 +175,18 @@ void Simulation::make_changes() {
   const double now = time() + kSameInstant * model_->scenario.step;
   for (; next_change_ < changes.size() && changes[next_change_].time <= now; ++next_change_) {
     const MechanismState before = mechanism_.state();
-    put_elsewhere(mechanism_, model_->rover, changes[next_change_]);
+    const auto back = [&] {
+      mechanism_.set_state(before);
+      mechanism_.update_kinematics();
+    };
+    try {
+      put_elsewhere(mechanism_, model_->rover, changes[next_change_]);
+    } catch (const InputRefused&) {  // half of it is done by then
+      back();
+      throw;
+    }
     const MechanismState after = mechanism_.state();
-    mechanism_.set_state(before);
-    mechanism_.update_kinematics();
+    back();
     put(after);
   }
 }
@@ -451,10 +464,16 @@ Outcome Simulation::advance(bool hold, bool report) {
   return outcome_;
 }
 
-void Simulation::start_accounts() {
+double Simulation::energy() {
   mechanism_.update_kinematics();
   mechanism_.update_mass_matrix();
+  return mechanism_.kinetic_energy() + mechanism_.potential_energy();
+}
+
+void Simulation::start_accounts() {
   work_ = {};
+  for (DriveUnit& drive : drives_) drive.clear_work();
+  energy();
   potential_at_start_ = mechanism_.potential_energy();
   energy_at_start_ = mechanism_.kinetic_energy();
 }
@@ -527,7 +546,6 @@ Outcome Simulation::settle(const std::function<bool()>& keep_going) {
   }
   steps_ = 0;
   holding_ = false;
-  for (DriveUnit& drive : drives_) drive.clear_work();
   rigid_->forget_touches();
   if (most > 0 && outcome_ == Outcome::running)
     note(at_rest ? "settled" : "not_settled", "",
@@ -655,6 +673,7 @@ void Simulation::start_at(double time, const MechanismState& motion) {
 }
 
 void Simulation::put(const MechanismState& motion) {
+  const double had = energy();
   std::vector<double> position(drives_.size()), velocity(drives_.size());
   for (std::size_t d = 0; d < drives_.size(); ++d) {
     position[d] = mechanism_.joint_position(drives_[d].drive().joint);
@@ -680,7 +699,7 @@ void Simulation::put(const MechanismState& motion) {
   next_command_ = static_cast<std::size_t>(
       std::upper_bound(commands.begin(), commands.end(), given, [](double now, const Command& command) { return now < command.time; }) -
       commands.begin());
-  start_accounts();
+  energy_at_start_ += energy() - had;  // given or taken by whoever moved it: neither work nor loss
 }
 
 std::vector<double> Simulation::read(Quantity& quantity) const {

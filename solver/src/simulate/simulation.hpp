@@ -124,6 +124,7 @@ class Simulation {
   std::string when() const;
   Outcome fail(Outcome outcome, std::string message);
   void note(const char* kind, const std::string& subject, std::string message);
+  double energy();  // [J] kinetic and potential, of the motion as it is
   void start_accounts();
   void account(double h, const Eigen::VectorXd& before, const Eigen::VectorXd& after);
   void look(double h);
