@@ -143,3 +143,17 @@ def test_dems_are_refused_in_one_sentence(tmp_path):
         scene(tmp_path, base.format(geotiff(tmp_path / "ok.tif", heights)) + "size = [100, 100]\n")
     filled = scene(tmp_path, base.format(tmp_path / "holes.tif") + "fill_holes = true\n")
     assert np.isfinite(filled.heights).all()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_soil_lies_on_top_where_the_younger_landform_does(tmp_path, turned):
+    """Whatever the order in the file: as with heights, the younger one is the last."""
+    forms = [
+        f'[[landform]]\nname = "{name}"\nlandform = "cone"\nx = 0\ny = 0\nage = "{age} Myr"\nsoil = "{soil}"\n'
+        'drivers = { diameter = "6 m", angle = "20 deg" }\n'
+        for name, age, soil in (("young", 1, "lunar_soft"), ("old", 300, "lete_sand"))
+    ]
+    text = '[base]\nkind = "flat"\nsize = ["20 m", "20 m"]\nposting = "0.5 m"\n' + "".join(forms[::-1] if turned else forms)
+    path = tmp_path / "aged.toml"
+    path.write_text(f'name = "s"\nsoil = "lunar_sourcebook"\n{text}')
+    assert [patch.name for patch in build(path).patches] == ["old", "young"]

@@ -69,10 +69,15 @@ def write_rover(path: Path, rover: Rover, *, replace: bool = False) -> None:
                 f"'{path}' holds {' and '.join(t + 's' for t in dependants)} of its present rover; "
                 "use another file, or --force to delete them with it"
             )
+        connection.execute("UPDATE recording SET scenario_id = NULL")  # a recording stays, whatever is simulated
         for table in ("run", "scenario", *ROVER_TABLES):
             connection.execute(f"DELETE FROM {table}")
         connection.execute("DELETE FROM effect")  # they act on parts of the rover
-        connection.execute("DELETE FROM material WHERE id NOT IN (SELECT material_id FROM obstacle WHERE material_id IS NOT NULL)")
+        kept = " UNION ".join(
+            f"SELECT {column} FROM {table} WHERE {column} IS NOT NULL"
+            for table, column in (("obstacle", "material_id"), ("material_pair", "material_id"), ("material_pair", "other_material_id"))
+        )
+        connection.execute(f"DELETE FROM material WHERE id NOT IN ({kept})")  # what the terrain says of materials stays
         connection.execute("DELETE FROM provenance WHERE subject = 'rover'")
         _Writer(connection, rover).write()
 

@@ -24,6 +24,7 @@ def write_scenario(path: Path, scenario: Scenario, *, replace: bool = False) -> 
         drive, joint or terrain that does not exist, or if a value breaks a rule of the schema.
     """
     with writing(path) as connection:
+        recordings: list[sqlite3.Row] = []  # of this scenario: they stay so, whatever it becomes
         present = connection.execute("SELECT id FROM scenario WHERE name = ?", (scenario.name,)).fetchone()
         if present is not None:
             if changed(_read(connection, scenario.name), sources=()) == changed(scenario, sources=()):
@@ -34,16 +35,23 @@ def write_scenario(path: Path, scenario: Scenario, *, replace: bool = False) -> 
                     f"scenario '{scenario.name}' differs from the one that run {runs[0]['id']} in '{path}' used; "
                     "rename it, or --force to replace it and delete its runs"
                 )
+            recordings = connection.execute("SELECT id FROM recording WHERE scenario_id = ?", (present["id"],)).fetchall()
+            connection.execute("UPDATE recording SET scenario_id = NULL WHERE scenario_id = ?", (present["id"],))
             connection.execute("DELETE FROM scenario WHERE id = ?", (present["id"],))
         connection.execute("DELETE FROM provenance WHERE subject = ?", (f"scenario {scenario.name}",))
         _write(connection, scenario)
+        connection.executemany(
+            "UPDATE recording SET scenario_id = (SELECT id FROM scenario WHERE name = ?) WHERE id = ?",
+            [(scenario.name, row["id"]) for row in recordings],
+        )
         write_sources(connection, scenario.sources)
 
 
 def remove_scenario(path: Path, name: str) -> None:
-    """Take out a scenario that has no run; of one that has, or of a name that is not there, nothing is taken."""
+    """Take out a scenario that has no run and no recording; of one that has, or of a name that is not there, nothing is taken."""
     with writing(path) as connection:
-        gone = connection.execute("DELETE FROM scenario WHERE name = ? AND id NOT IN (SELECT scenario_id FROM run)", (name,)).rowcount
+        used = "SELECT scenario_id FROM run UNION SELECT scenario_id FROM recording WHERE scenario_id IS NOT NULL"
+        gone = connection.execute(f"DELETE FROM scenario WHERE name = ? AND id NOT IN ({used})", (name,)).rowcount
         if gone:
             connection.execute("DELETE FROM provenance WHERE subject = ?", (f"scenario {name}",))
 

@@ -112,7 +112,9 @@ def _free(connection: sqlite3.Connection, path: Path, name: str, replace: bool) 
             f"terrain '{name}' in '{path}' is used by scenario '{users[0]['name']}'; "
             "choose another name, or --force to delete that scenario and its runs"
         )
-    connection.execute("DELETE FROM scenario WHERE terrain_id = (SELECT id FROM terrain WHERE name = ?)", (name,))
+    of_terrain = "SELECT scenario.id FROM scenario JOIN terrain ON terrain.id = terrain_id WHERE terrain.name = ?"
+    connection.execute(f"UPDATE recording SET scenario_id = NULL WHERE scenario_id IN ({of_terrain})", (name,))  # a recording stays
+    connection.execute(f"DELETE FROM scenario WHERE id IN ({of_terrain})", (name,))
 
 
 def _write_matter(connection: sqlite3.Connection, terrain: Terrain) -> dict[str, int]:

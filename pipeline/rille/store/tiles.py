@@ -161,7 +161,7 @@ class StoredLayer:
         self.dtype = np.dtype(self._dtype)
 
     def _open(self) -> sqlite3.Connection:
-        return sqlite3.connect(f"file:{self._path}?mode=ro", uri=True)
+        return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro", uri=True)
 
     def __getitem__(self, window: Slices) -> Values:
         """Values of rows r0 <= i < r1 and columns c0 <= j < c1 of its level."""

@@ -194,6 +194,7 @@ def read_scene(scene: Path, *, progress: Progress | None = None) -> Scene:
         for sheet, item in zip(sheets, items, strict=True)
     ]
     aged.sort(key=lambda pair: -pair[0])
+    by_age = [item for _, item in aged if isinstance(item, Placed)]
     return Scene(
         page=page,
         file=source_of(scene, "terrain", f"rille {__version__}"),
@@ -202,7 +203,10 @@ def read_scene(scene: Path, *, progress: Progress | None = None) -> Scene:
         soils=known,
         instances=tuple(instances),
         populations=tuple(populations),
-        patches=(*_bound_patches(placed, known), *(_patch(sheet, known) for sheet in page.soil_patch)),
+        patches=(
+            *_bound_patches(by_age, known),
+            *(_patch(sheet, known) for sheet in page.soil_patch),
+        ),
         items=tuple(item for _, item in aged),
     )
 
@@ -305,7 +309,7 @@ def _comparable(ages: Mapping[str, Number | None]) -> None:
 
 
 def _bound_patches(placed: list[Placed], known: dict[str, Soil]) -> Iterator[SoilPatch]:
-    """Soil bound to landforms: it moves with them."""
+    """Soil bound to landforms: it moves with them. placed : the older come first, as in the heights; later patches lie on top."""
     for item in placed:
         name = item.instance.soil or item.landform.soil
         if name:
