@@ -15,8 +15,10 @@ from rille.cli.record_check import check
 from rille.model import InputRefused
 from rille.model.recording import Channel, Correction
 from rille.recording import importing
+from rille.recording.columns import _factor
 from rille.recording.corrections import correct
 from rille.recording.gate import gate
+from rille.recording.manifest import ChannelSheet
 from rille.recording.spool import Spool
 
 
@@ -299,3 +301,14 @@ def test_kind_of_joint_decides_the_unit(tmp_path):
     with pytest.raises(InputRefused, match=f"model does not have; did you mean '{name}'"):
         load(manifest(tmp_path, "d.parquet", channels=CHANNELS.replace("knee", name[:-1])), tmp_path / "m.db")
     assert store.recording_names(tmp_path / "m.db") == ("drive",)
+
+
+@pytest.mark.parametrize(("si", "unit"), [("rad/s", u) for u in ("1/min", "s^-1", "kHz", "count/s")] + [("rad", "count"), ("rad", "%")])
+def test_a_count_is_no_angle(si, unit):
+    """Radians are pure numbers, and so are turns, ticks and per cent: 1/min is what some write for turns per minute."""
+    with pytest.raises(InputRefused, match="may mean turns or radians"):
+        _factor(ChannelSheet(column="a", quantity="joint.position", unit=unit), (si,), "column 'a'")
+    assert _factor(ChannelSheet(column="a", quantity="joint.position", unit="count", scale="0.001 rad/count"), ("rad",), "a") == (
+        0.001,
+        "rad",
+    )
