@@ -106,3 +106,14 @@ def driving(tilt: float, bias: float) -> list[Channel]:
 def test_a_coarse_roll_that_stays_is_no_stuck_one(tilt: float, bias: float):
     """A gyro that is off by half a degree per second makes no motion, nor does the part of a turn that it sees about its tilted x."""
     assert [finding.message for finding in loud(driving(tilt, bias)) if finding.code != "bias"] == []
+
+
+def test_an_angle_that_freezes_while_its_body_tumbles_is_stuck():
+    """No rate tells of it, as the body is not level; its own jump, when it goes on, does."""
+
+    def frozen(c: Channel) -> Channel:
+        inside = (c.time > 5.0) & (c.time < 9.0)
+        return replace(c, value=np.where(inside, c.value[inside][0], c.value)) if c.name == "qyaw" else c
+
+    found = loud([frozen(c) for c in tumbling(2, frame="body", angled=True)])
+    assert [(finding.code, finding.channel) for finding in found] == [("stuck", "qyaw")]

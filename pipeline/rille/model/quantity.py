@@ -5,12 +5,13 @@ import os
 import re
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rille.model.errors import InputRefused
 
 if TYPE_CHECKING:
     import pint
+    from pint.facets.plain import PlainQuantity
 
 # Dimension of each kind of quantity, as a unit that it must be convertible to.
 SI_UNITS = {
@@ -117,6 +118,14 @@ def angle_with_unit(text: str, what: str) -> float:
     return angle
 
 
+def counts_no_turns(quantity: "PlainQuantity[Any]", unit: str) -> bool:
+    """Whether a ratio, a count or a frequency stands where ``unit``, of an angle or a turning, is meant.
+
+    pint takes radians for pure numbers: 1 Hz may mean 1 rad/s or 1 turn/s. quantity : one that ``unit`` measures.
+    """
+    return unit in TURNING and "radian" not in str(quantity.to_root_units().units)
+
+
 def _divided(number: float, divisor: float, text: str, what: str) -> float:
     if divisor == 0:
         raise InputRefused(f'{what} is "{text}", which divides by zero; give a finite value')
@@ -138,7 +147,7 @@ def _converted(number: float, given: str, kind: str, text: str, what: str) -> fl
         raise InputRefused(f'{what} is "{text}", which is no {kind} ({error}); write for example "1 {unit}"') from None
     except Exception as error:  # pint lets errors of its tokeniser through
         raise InputRefused(f'{what} is "{text}", which cannot be read ({error}); write for example "1 {unit}"') from None
-    if unit in TURNING and "radian" not in str(quantity.to_root_units().units):
+    if counts_no_turns(quantity, unit):
         meant = "an angle: a grade of 30 % is 16.7 deg" if unit == "rad" else "a turning speed: 1 turn/s is 6.28 rad/s"
         raise InputRefused(f'{what} is "{text}", which is no unit of {meant}; write deg, rad or turn')
     return converted

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rille.model.errors import InputRefused, nearest_names
-from rille.model.quantity import TURNING, to_si, unit_registry
+from rille.model.quantity import counts_no_turns, to_si, unit_registry
 from rille.model.recording import ANGLES, Channel, Correction, Quantity, find_quantity
 from rille.model.rover import COMMAND_QUANTITIES, Rover
 from rille.recording.manifest import ChannelSheet, ManifestSheet
@@ -167,19 +167,6 @@ def _units(entry: ChannelSheet, quantity: Quantity, target: str, targets: Target
     return quantity.units
 
 
-def _counts_no_turns(one: Any, scale: Any, si: str) -> bool:
-    """Whether a unit is a bare number or frequency where an angle or turning speed is meant: pint takes radians for pure numbers, and 1 Hz
-    may mean 1 rad/s or 1 turn/s.
-    """
-    import pint
-
-    try:
-        total = (one * scale).to_root_units()
-    except pint.OffsetUnitCalculusError:
-        return False
-    return si in TURNING and total.is_compatible_with(si) and "radian" not in str(total.units)
-
-
 def _factor(entry: ChannelSheet, units: Sequence[str], what: str) -> tuple[float, str]:
     """Factor from the written numbers to SI, and the SI unit that fits."""
     import pint
@@ -198,19 +185,16 @@ def _factor(entry: ChannelSheet, units: Sequence[str], what: str) -> tuple[float
         raise InputRefused(f"{what} has a unit or scale that cannot be read ('{written}', '{entry.scale}': {error})") from None
     if not 0 < abs(scale.m) < float("inf"):
         raise InputRefused(f"scale of {what} is {entry.scale}; give a finite number that is not 0")
-    if isinstance(entry.scale, int | float) or scale.dimensionless:
-        for si in units:
-            if "1" not in units and _counts_no_turns(registry.Quantity(1.0, unit), scale, si):
-                raise InputRefused(
-                    f"{what} has the unit '{written}', which for {entry.quantity} may mean turns or radians; write {si} or turn"
-                )
     for si in units:
         try:
-            factor = float((registry.Quantity(1.0, unit) * scale).m_as(si if si != "1" else ""))
+            number = registry.Quantity(1.0, unit) * scale
+            factor = float(number.m_as(si if si != "1" else ""))
         except pint.DimensionalityError:
             continue
         except pint.OffsetUnitCalculusError:
             break
+        if counts_no_turns(number, si):
+            raise InputRefused(f"{what} has the unit '{written}', which for {entry.quantity} may mean turns or radians; write {si} or turn")
         return factor, si
     total = written if entry.scale == 1.0 else f"{written} times the scale {entry.scale}"
     hint = '; standard gravity is written "g_0"' if written == "g" else ""

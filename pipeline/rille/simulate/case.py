@@ -89,10 +89,10 @@ class CaseRunner:
         instants, rows = _driven_through(simulation, max(1, round(duration / step)), every, step, self._channels)
         outcome: str = simulation.step(0)
         status = cast(Status, "done" if outcome == "running" else outcome)
-        support = None
-        if self._driven.corners is not None and len(simulation.wheels()):
-            facts, states = simulation.facts, (simulation.bodies(), simulation.wheels())
-            support = support_of(self._driven.corners, facts["bodies"], facts["wheels"], *states, simulation.gravity)
+        support, wheels = None, simulation.wheels()
+        if self._driven.corners is not None and len(wheels):
+            facts = simulation.facts
+            support = support_of(self._driven.corners, facts["bodies"], facts["wheels"], simulation.bodies(), wheels, simulation.gravity)
         drove = Drove(
             time=instants,
             values={channel: rows[:, k] for k, channel in enumerate(self._channels)},

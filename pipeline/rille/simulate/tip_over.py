@@ -91,10 +91,10 @@ def support_of(
 
 
 def _upright(gravity: Array) -> Array:
-    """Axes (3, 3) whose last one points against gravity, and whose first one is as near to x of W as can be."""
+    """Right-handed axes (3, 3), of which the last one points against gravity."""
     size = float(np.linalg.norm(gravity))
     up = -gravity / size if size > 0 else np.array([0.0, 0.0, 1.0])
-    ahead = np.cross([0.0, 1.0, 0.0], up)
+    ahead = np.cross(np.eye(3)[np.argmin(np.abs(up))], up)  # from the axis that is farthest from it
     ahead /= np.linalg.norm(ahead)
     return np.stack([ahead, np.cross(up, ahead), up])
 

@@ -44,6 +44,11 @@ def schema_version() -> int:
     return int(found.group(1))
 
 
+def address(path: Path, mode: str = "ro") -> str:
+    """What SQLite opens as a URI: the file of exactly that name, whatever signs are in it."""
+    return f"{Path(path).absolute().as_uri()}?mode={mode}"
+
+
 def create(path: Path) -> None:
     """Make an empty database of rille.
 
@@ -90,7 +95,7 @@ def _probe(path: Path, *, may_be_older: bool, known_sound: bool = False) -> int:
     if len(header) < 100:
         raise InputRefused(f"'{path}' is truncated ({len(header)} bytes); restore it from a copy")
     try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
+        with closing(sqlite3.connect(address(path), uri=True)) as connection:
             application = connection.execute("PRAGMA application_id").fetchone()[0]
             version = connection.execute("PRAGMA user_version").fetchone()[0]
             if application != APPLICATION_ID:
@@ -123,7 +128,7 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
     path = Path(path)
     _probe(path, may_be_older=False)
     try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as connection:
+        with closing(sqlite3.connect(address(path), uri=True)) as connection:
             connection.row_factory = sqlite3.Row
             yield connection
     except (sqlite3.Error, UnicodeDecodeError) as error:  # pages that look sound, and text that is none

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rille.model import InputRefused
 from rille.model.ledger import Answer, Ledger, ProofPlan, Score, SealedTrial, Truth
-from rille.store.database import insert, require_kind, schema_folder, transaction
+from rille.store.database import address, insert, require_kind, schema_folder, transaction
 
 LEDGER_ID = 1380535376  # "RILP"
 LEDGER_VERSION = 1
@@ -158,7 +158,7 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
         raise InputRefused(f"there is no ledger '{path}'; make one: `rille prove --beacon \"some sentence\"`")
     mode = "rw" if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK) else "ro"
     try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, isolation_level=None, timeout=10)) as connection:
+        with closing(sqlite3.connect(address(path, mode), uri=True, isolation_level=None, timeout=10)) as connection:
             connection.row_factory = sqlite3.Row
             require_kind(connection, path, kind="ledger", application=LEDGER_ID, version=LEDGER_VERSION, name="a ledger")
             yield connection

@@ -5,7 +5,7 @@ from contextlib import closing
 from pathlib import Path
 
 from rille.model import InputRefused
-from rille.store.database import create, reading
+from rille.store.database import address, create, reading
 from rille.store.model_digest import NOT_MODEL
 
 OF_SCENARIOS = ("initial_state", "command", "state_change", "watch")  # tables whose rows belong to a scenario
@@ -26,7 +26,7 @@ def copy_model(path: Path, out: Path, scenario: str | None = None, *, without_sc
     try:
         with closing(sqlite3.connect(out, isolation_level=None, uri=True)) as connection:
             connection.execute("PRAGMA journal_mode = DELETE")  # one file, whose bytes are all
-            connection.execute("ATTACH ? AS source", (f"{Path(path).absolute().as_uri()}?mode=ro",))
+            connection.execute("ATTACH ? AS source", (address(path),))
             connection.execute("BEGIN")
             for table in tables:
                 if table not in NOT_MODEL:

@@ -32,6 +32,7 @@ from rille.model import (
 )
 from rille.store.database import insert, reading, update, writing
 from rille.store.effects import effect_rows, insert_effect
+from rille.store.forget import forget_scenarios
 
 MADE_OF_MATERIAL = ("part", "wheel", "obstacle")
 ROVER_TABLES = (
@@ -69,8 +70,9 @@ def write_rover(path: Path, rover: Rover, *, replace: bool = False) -> None:
                 f"'{path}' holds {' and '.join(t + 's' for t in dependants)} of its present rover; "
                 "use another file, or --force to delete them with it"
             )
-        connection.execute("UPDATE recording SET scenario_id = NULL")  # a recording stays, whatever is simulated
-        for table in ("run", "scenario", *ROVER_TABLES):
+        connection.execute("DELETE FROM run")
+        forget_scenarios(connection, "SELECT id FROM scenario")
+        for table in ROVER_TABLES:
             connection.execute(f"DELETE FROM {table}")
         connection.execute("DELETE FROM effect")  # they act on parts of the rover
         kept = " UNION ".join(

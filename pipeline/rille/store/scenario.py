@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rille.model import Command, InitialJointState, InputRefused, Pose, Scenario, StateChange, Watch, nearest_names
 from rille.store.database import insert, reading, writing
+from rille.store.forget import forget_scenarios
 from rille.store.rover import read_sources, write_sources
 
 WATCH_COLUMNS = ("name", "event", "quantity", "component", "target", "above", "below", "hold", "action", "value")
@@ -36,8 +37,7 @@ def write_scenario(path: Path, scenario: Scenario, *, replace: bool = False) -> 
                     "rename it, or --force to replace it and delete its runs"
                 )
             recordings = connection.execute("SELECT id FROM recording WHERE scenario_id = ?", (present["id"],)).fetchall()
-            connection.execute("UPDATE recording SET scenario_id = NULL WHERE scenario_id = ?", (present["id"],))
-            connection.execute("DELETE FROM scenario WHERE id = ?", (present["id"],))
+            forget_scenarios(connection, "SELECT ?", (present["id"],))
         connection.execute("DELETE FROM provenance WHERE subject = ?", (f"scenario {scenario.name}",))
         _write(connection, scenario)
         connection.executemany(

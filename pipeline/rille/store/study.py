@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rille.model import InputRefused
 from rille.model.study import Case, CaseResult, Factor, Measure, StudyPlan, StudyTable, TracedChannel
-from rille.store.database import SQLITE, beside, insert, require_kind, schema_folder, transaction
+from rille.store.database import SQLITE, address, beside, insert, require_kind, schema_folder, transaction
 
 STUDY_ID = 1380537172  # "RIST"
 STUDY_VERSION = 1
@@ -312,9 +312,8 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """Connection to a study; it writes only to undo or complete what a killed program left."""
     if not path.is_file():
         raise InputRefused(f"there is no study '{path}'; make one: `rille sweep STUDY.toml`")
-    address = f"{path.absolute().as_uri()}?{_mode(path)}"
     try:
-        with closing(sqlite3.connect(address, uri=True, isolation_level=None, timeout=BUSY)) as connection:
+        with closing(sqlite3.connect(address(path, _mode(path)), uri=True, isolation_level=None, timeout=BUSY)) as connection:
             connection.row_factory = sqlite3.Row
             require_kind(connection, path, kind="study", application=STUDY_ID, version=STUDY_VERSION, name="another file")
             yield connection
@@ -327,5 +326,5 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
 def _mode(path: Path) -> str:
     """How SQLite may open a file. Where it must not write, it reads a log that is there, and needs to be told if there is none."""
     if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK):
-        return "mode=rw"
-    return "mode=ro" if any(each.exists() for each in beside(path)) else "mode=ro&immutable=1"
+        return "rw"
+    return "ro" if any(each.exists() for each in beside(path)) else "ro&immutable=1"

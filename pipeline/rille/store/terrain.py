@@ -25,6 +25,7 @@ from rille.model import (
 )
 from rille.model.polygon import soil_codes, soil_names
 from rille.store.database import insert, reading, update, writing
+from rille.store.forget import forget_scenarios
 from rille.store.rover import read_material, read_shape, read_sources, shape_columns, write_material, write_sources
 from rille.store.tiles import TILE, Slices, StoredLayer, Values, write_tiles
 
@@ -112,9 +113,7 @@ def _free(connection: sqlite3.Connection, path: Path, name: str, replace: bool) 
             f"terrain '{name}' in '{path}' is used by scenario '{users[0]['name']}'; "
             "choose another name, or --force to delete that scenario and its runs"
         )
-    of_terrain = "SELECT scenario.id FROM scenario JOIN terrain ON terrain.id = terrain_id WHERE terrain.name = ?"
-    connection.execute(f"UPDATE recording SET scenario_id = NULL WHERE scenario_id IN ({of_terrain})", (name,))  # a recording stays
-    connection.execute(f"DELETE FROM scenario WHERE id IN ({of_terrain})", (name,))
+    forget_scenarios(connection, "SELECT scenario.id FROM scenario JOIN terrain ON terrain.id = terrain_id WHERE terrain.name = ?", (name,))
 
 
 def _write_matter(connection: sqlite3.Connection, terrain: Terrain) -> dict[str, int]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import InputRefused
-from rille.store.database import insert
+from rille.store.database import address, insert
 
 TILE = 256  # rows and columns of a tile: a small edit rewrites little
 DTYPES = {"float32": "<f4", "float64": "<f8", "uint8": "u1", "int32": "<i4"}
@@ -161,7 +161,7 @@ class StoredLayer:
         self.dtype = np.dtype(self._dtype)
 
     def _open(self) -> sqlite3.Connection:
-        return sqlite3.connect(f"{self._path.absolute().as_uri()}?mode=ro", uri=True)
+        return sqlite3.connect(address(self._path), uri=True)
 
     def __getitem__(self, window: Slices) -> Values:
         """Values of rows r0 <= i < r1 and columns c0 <= j < c1 of its level."""

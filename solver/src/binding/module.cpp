@@ -593,7 +593,7 @@ NB_MODULE(_solver, module) {
            }, "Names of the joints in a row of state(): hinges and prismatic joints in their order.")
       .def("command", [](Simulation& s, const std::string& drive, double value) {
              s.command(rille::find_named(s.model().rover.drives, drive, "the command is for drive"), value);
-           }, "drive"_a, "value"_a, 
+           }, "drive"_a, "value"_a,
            "Give a drive a set value from the next step on [rad/s, rad or N m], later by its command_delay; at t = 0 from the end of the first step on.")
       .def("set_values", &Simulation::set_values, "Set values of the drives as of the next step, in the order of drive_names [rad/s, rad or N m].")
       .def("change", [](Simulation& s, const std::string& quantity, const std::string& target, const std::vector<double>& values) {

@@ -132,8 +132,10 @@ std::vector<Event> RecordedRun::tell() {
 }
 
 void RecordedRun::record(bool with_snapshot) {
-  if (with_snapshot && endless_) recorder_->set_duration(simulation_->time());  // adding may commit
-  if (with_snapshot) recorder_->add(simulation_->snapshot());
+  if (with_snapshot) {
+    if (endless_) recorder_->set_duration(simulation_->time());  // adding may commit
+    recorder_->add(simulation_->snapshot());
+  }
   recorder_->add(simulation_->take_events());
   heard_of_these_ = 0;
   recorder_->add(simulation_->take_samples());

@@ -5,7 +5,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from rille.model.recording import Channel, GateFinding
+from rille.model.recording import ANGLES, Channel, GateFinding
 from rille.recording.gate.lag import Fit
 from rille.recording.gate.relations import Pair
 from rille.recording.gate.unit_names import nearest_factor
@@ -16,7 +16,6 @@ SURE = 0.8  # R^2 from which gain, delay and bias of redundant channels are beli
 SIGMAS = 6.0
 EXACT, EXACT_GAIN, EXACT_SIGMAS = 0.999, 0.03, 5.0  # R^2 from which, and bounds by which, channels of one joint must have the gain 1
 SMALLEST = 1e-3  # [s] delays below this are none
-TURNED = ("roll", "pitch", "yaw")
 
 
 def check_agreement(channels: Mapping[str, Channel], fits: Fits) -> list[GateFinding]:
@@ -58,7 +57,7 @@ def _mean_gain(fit: Fit) -> float:
 def _within(channels: Mapping[str, Channel], pair: Pair) -> float:
     """Relative error of a gain that is none: an angle's rate is a component of the angular velocity only on level ground."""
     if pair.kind == "rate":
-        return 0.2 if channels[pair.first].component in TURNED else 0.05
+        return 0.2 if channels[pair.first].component in ANGLES else 0.05
     return 0.05
 
 

@@ -186,8 +186,8 @@ def _together(
             if fit is not None:
                 fits.append((pair, fit))
     found = check_frames(tracks, fits, turns)
-    other = {finding.channel for finding in found}
-    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in other]
+    misplaced = {finding.channel for finding in found}
+    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in misplaced]
     found += check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
     owner = {name: turning.parts[0] for name, turning in turns.items()}
     return [

@@ -59,8 +59,10 @@ def contradicts(source: Source, k: int, name: str, held: Held, manners: Mapping[
         time, value = time[good], value[good]
         if len(time) < 5 or time[-1] <= time[0]:
             continue
-        lasted, fault = float(time[-1] - time[0]), manners[other]
         across = _across(source, k, pair, held.span, manners)
+        if not np.isfinite(across):
+            continue  # of a tilted body the one does not tell of the other
+        lasted, fault = float(time[-1] - time[0]), manners[other]
         if pair.order == 0:
             change, floor = _range(value), SIGMAS * fault.noise + 3 * fault.resolution
         elif name == pair.first:  # the other is the rate: the way it goes

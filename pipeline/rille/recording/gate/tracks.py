@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rille.model.recording import ANGLES
 from rille.model.turns import unwrapped
 from rille.recording.gate.source import Source, Span
 from rille.recording.gate.stretches import Stretch
@@ -35,10 +36,16 @@ def lay_tracks(
             tracks[name] = track
     turns: dict[str, Turning] = {}
     stated = [turning for channels in used for turning, _ in turnings(channels)]
+    orientations: dict[tuple[str, ...], list[Turning]] = {}
     for turning in dict.fromkeys([*stated, *(turning.in_other_axes() for turning in stated)]):
-        track = _turned(source, turning, stretches, lame, apart)
-        if track is not None:
-            tracks[turning.name], turns[turning.name] = track, turning
+        orientations.setdefault(turning.parts, []).append(turning)
+    for parts, ways in orientations.items():
+        samples, delay = _orientation(source, parts, stretches, lame)
+        for turning in ways:
+            turned = [turning.samples(time, value) for time, value in samples]
+            track = lay(turned, [stretch.first for stretch in stretches], apart, delay=delay)
+            if track is not None:
+                tracks[turning.name], turns[turning.name] = track, turning
     return tracks, turns
 
 
@@ -52,23 +59,25 @@ def _track(source: Source, name: str, stretches: Sequence[Stretch], lame: Sequen
             continue
         hold, delay = channel.role == "command", channel.delay if channel.role == "command" else -channel.delay
         time, value = _sound(source, name, stretch, lame)
-        turned = channel.component in ("roll", "pitch", "yaw") or (channel.quantity == "joint.position" and channel.unit == "rad")
+        turned = channel.component in ANGLES or (channel.quantity == "joint.position" and channel.unit == "rad")
         samples.append((time, unwrapped(value) if turned else value))
     return lay(samples, [stretch.first for stretch in stretches], apart, hold=hold, delay=delay)
 
 
-def _turned(source: Source, turning: Turning, stretches: Sequence[Stretch], lame: Sequence[Lame], apart: float) -> Track | None:
-    samples: list[Samples] = []
-    delay = 0.0
+def _orientation(
+    source: Source, parts: tuple[str, ...], stretches: Sequence[Stretch], lame: Sequence[Lame]
+) -> tuple[list[tuple[Array, Array]], float]:
+    """Of each stretch times (n,) and parts (n, 4) or (n, 3) of an orientation; and what is to be added to the times [s]."""
+    samples, delay = [], 0.0
     for stretch in stretches:
         own = {channel.name: channel for channel in source.recordings[stretch.recording].channels}
-        if not own.keys() >= set(turning.parts):
-            samples.append(NOTHING)
-            continue
-        delay = -own[turning.parts[0]].delay
-        parts = [_sound(source, name, stretch, lame) for name in turning.parts]
-        samples.append(turning.samples(parts[0][0], np.stack([value for _, value in parts], axis=1)))
-    return lay(samples, [stretch.first for stretch in stretches], apart, delay=delay)
+        if own.keys() >= set(parts):
+            delay = -own[parts[0]].delay
+            read = [_sound(source, name, stretch, lame) for name in parts]
+            samples.append((read[0][0], np.stack([value for _, value in read], axis=1)))
+        else:
+            samples.append((np.empty(0), np.empty((0, len(parts)))))
+    return samples, delay
 
 
 def _sound(source: Source, name: str, stretch: Stretch, lame: Sequence[Lame]) -> Samples:

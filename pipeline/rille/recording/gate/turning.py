@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.quaternion import conjugate, from_angles, logarithm, product, unit
-from rille.model.recording import ANGLES, Channel, Frame
+from rille.model.recording import ANGLES, AXES, Channel, Frame
 
 Array = NDArray[np.float64]
 QUATERNION = ("w", "x", "y", "z")
-AXES = ("x", "y", "z")
 SHORTEST = 0.1  # length below which four numbers are no orientation
 
 
