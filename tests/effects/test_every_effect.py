@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rille._solver import Model, Simulation
 
 from effect_rigs import EARTH
 from machines import cart, plane
@@ -87,6 +88,24 @@ def base(tmp_path_factory):
 @pytest.mark.parametrize("kind", store.effect_kinds(), ids=lambda kind: kind.name)
 def test_zero_leaves_every_bit(tmp_path, base, kind):
     assert tables(model(tmp_path / "model.db", Effect(kind=kind.name, parameters=values(kind, 0.0)))) == base
+
+
+@pytest.mark.parametrize("kind", store.effect_kinds(), ids=lambda kind: kind.name)
+def test_zero_in_memory_leaves_every_bit(tmp_path, kind):
+    """An amplitude that is taken back where the model is, as a fit does, is none."""
+
+    def drive(*effects):
+        path = model(tmp_path / f"{len(effects)}.db", *effects)
+        solver = Model(str(path))
+        for name in solver.parameters():
+            if name.startswith(f"effect.{kind.name}.") and name.rpartition(".")[2] in amplitudes:
+                solver.set(name, 0.0)
+        simulation = Simulation(solver)
+        assert simulation.settle() == "running"
+        return simulation.sample(300, 10, [("part.position", "chassis", 0), ("joint.effort", "wheel_rear_left", 0)])
+
+    amplitudes = {p.name for p in kind.parameters if p.amplitude}
+    assert np.array_equal(drive(), drive(Effect(kind=kind.name, parameters=values(kind))))
 
 
 @pytest.mark.parametrize("kind", store.effect_kinds(), ids=lambda kind: kind.name)

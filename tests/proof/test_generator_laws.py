@@ -80,22 +80,46 @@ def root_mean_square(machine, values):
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
-@pytest.mark.parametrize(("machine", "kind"), CASES, ids=lambda one: getattr(one, "name", one))
-def test_a_law_does_here_what_it_does_in_the_solver(machine, kind):
-    drawn, scenario, asked, _ = setting(machine)
+def laws_of(machine, kind):
+    """The law at the last of its targets in a machine."""
+    drawn = setting(machine)[0]
     hidden = hidden_effect(drawn.machine, kind, effect_targets(drawn.machine, kind)[-1], np.random.default_rng(1))
     if "start" in hidden.fixed:
         hidden = replace(hidden, fixed={**hidden.fixed, "start": 0.5})
-    laws = hidden.laws(SIZES.get(kind.name, 0.1))
-    share = STEPS.get(kind.name, STEP)
+    return hidden.laws(SIZES.get(kind.name, 0.1))
+
+
+def changes(machine, laws, share):
+    """What laws change here, what they change in the solver at a share of its step, and how far these are apart [noise]."""
+    drawn, scenario, asked, _ = setting(machine)
     before, its_before = base(machine, share)
     mine = [b - a for a, b in zip(before, simulate(drawn.machine, scenario, laws, asked), strict=True)]
     its = [b - a for a, b in zip(its_before, solved(machine, laws, share), strict=True)]
-    size = root_mean_square(machine, its)
-    if size == 0.0:
-        assert root_mean_square(machine, mine) == 0.0
+    return *(root_mean_square(machine, one) for one in (mine, its)), root_mean_square(
+        machine, [a - b for a, b in zip(mine, its, strict=True)]
+    )
+
+
+@pytest.mark.parametrize(("machine", "kind"), CASES, ids=lambda one: getattr(one, "name", one))
+def test_a_law_does_here_what_it_does_in_the_solver(machine, kind):
+    laws = laws_of(machine, kind)
+    mine, its, apart = changes(machine, laws, STEPS.get(kind.name, STEP))
+    if its == 0.0:
+        assert mine == 0.0
         pytest.skip(f"{kind.name} does nothing in this maneuver of the {machine}: the drive is not at its limit")
-    assert root_mean_square(machine, [a - b for a, b in zip(mine, its, strict=True)]) <= ROUGH.get(kind.name, SHARE) * size
+    assert apart <= ROUGH.get(kind.name, SHARE) * its
+
+
+@pytest.mark.parametrize("limit", ["motor_saturation", "supply_sag"])
+@pytest.mark.parametrize("transmission", ["backlash", "joint_elasticity"])
+@pytest.mark.parametrize("machine", ["pendulum", "arm"])
+def test_what_limits_a_motor_does_so_behind_a_transmission(machine, transmission, limit):
+    kinds = {kind.name: kind for kind in store.effect_kinds()}
+    laws = (*laws_of(machine, kinds[transmission]), *laws_of(machine, kinds[limit]))
+    both, _, apart = changes(machine, laws, STEPS[transmission])
+    alone, _, _ = changes(machine, laws[:1], STEPS[transmission])
+    assert both != alone
+    assert apart <= SHARE * both
 
 
 @pytest.mark.parametrize("kind", strange_kinds(), ids=lambda kind: kind.name)

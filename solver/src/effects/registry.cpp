@@ -71,6 +71,16 @@ constexpr Entry kEntries[] = {
 #undef ENTRY
 };
 
+// Whether any of its amplitudes is there; they may have been set to 0 since the row was read.
+bool acts(const EffectRow& row, const Catalogue* catalogue) {
+  if (!catalogue) return true;
+  const auto law = std::find_if(catalogue->begin(), catalogue->end(), [&](const Law& known) { return known.name == row.kind; });
+  return law == catalogue->end() || std::any_of(law->numbers.begin(), law->numbers.end(), [&](const LawNumber& number) {
+           const auto value = row.parameters.find(number.name);
+           return number.amplitude && value != row.parameters.end() && value->second != 0;
+         });
+}
+
 }  // namespace
 
 Effects attach_effects(Model& model) {
@@ -81,6 +91,7 @@ Effects attach_effects(Model& model) {
   effects.sensors.resize(model.rover.sensors.size());
   effects.command_delay.resize(model.rover.drives.size());
   for (const EffectRow& row : model.effects) {
+    if (!acts(row, model.catalogue.get())) continue;
     const auto* entry = std::find_if(std::begin(kEntries), std::end(kEntries), [&](const Entry& e) { return row.kind == e.name; });
     if (entry == std::end(kEntries))
       throw InputRefused(fmt::format("the effect '{}' on '{}' is in the catalogue but not in this solver; see `rille effects list`", row.kind,
@@ -97,7 +108,7 @@ Effects attach_effects(Model& model) {
 
 double longest_command_delay(const Model& model) {
   if (model.effects.empty()) return 0;
-  Model probe{.rover = model.rover, .terrain = model.terrain, .scenario = {}, .effects = model.effects, .catalogue = nullptr};
+  Model probe{.rover = model.rover, .terrain = model.terrain, .scenario = {}, .effects = model.effects, .catalogue = model.catalogue};
   double longest = 0;
   for (const double delay : attach_effects(probe).command_delay) longest = std::max(longest, delay);
   return longest;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <string>
 
 #include "effects/effect.hpp"
@@ -32,8 +33,8 @@ class DriveUnit {
   }
   double command() const { return line_.gain != 0 ? set_value_ / line_.gain : 0; }
   bool is_set_to(double command) const { return line_.gain * command == set_value_; }
-  // The motor angle starts where the joint stands.
-  void start(double position);
+  // The motor starts where the joint stands, and turns with it.
+  void start(double position, double velocity);
 
   // The joint was put elsewhere; a motor behind a transmission goes along, so that the twist stays.
   void carry(double position, double velocity) {
@@ -59,6 +60,17 @@ class DriveUnit {
  private:
   double set_speed(double value, double position, double h) const;
   double largest_effort() const { return drive_->max_torque / (1 + line_.sag); }  // tau = max_torque (1 - sag tau/max_torque)
+  double emf_constant() const { return drive_->max_torque * line_.inverse_no_load_speed; } // [N m s/rad] what the torque-speed line falls by
+  double sagging(double torque) const { return torque / (1 + line_.sag * std::abs(torque) / drive_->max_torque); }  // of a torque drive
+
+  // A motor behind a transmission in one step: its speed falls with the effort that goes through. at_line: its torque-speed line says so.
+  struct Motor {
+    double led = 0, yield = 0;  // [rad/s], [rad/s per N m]
+    bool at_line = false;
+    double speed_under(double effort) const { return led - yield * effort; }
+  };
+  Motor motor_within(double h) const;                // as long as its torque-speed line does not matter
+  Motor motor_under(double effort, double h) const;  // by what limits it under this effort
   void open_transmission(const Mechanism& mechanism, double h, bool hold, double value, RowSet& rows);
   void open_servo(const Mechanism& mechanism, double h, double speed, RowSet& rows);
   void integrate(double h, double speed, bool saturated, bool count);  // the speed error
@@ -82,7 +94,8 @@ class DriveUnit {
   double value_ = 0;          // mean of the set value over the step, behind the lag
   double given_effort_ = 0;   // without rows
   bool free_rotor_ = false;   // behind a transmission: accelerated by a given effort, not led by a servo
-  double led_speed_ = 0, yield_ = 0;  // of a servo behind a transmission: motor speed = led_speed - yield x effort
+  Motor servo_;               // behind a transmission
+  double asked_ = 0;          // [N m or N] of a torque drive behind a transmission, as its supply lets it
   double target_speed_ = 0;   // [rad/s] of the PI controller
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace rille {
 
@@ -29,7 +30,9 @@ void Sensors::sense(double time, const Readable& from) {
       if (channel.past.size() > 1) {
         const auto& [t_1, v_1] = channel.past[1];
         const double share = std::clamp((time - channel.delay - t_0) / (t_1 - t_0), 0.0, 1.0);
-        for (std::size_t k = 0; k < values.size(); ++k) values[k] = (1 - share) * v_0[k] + share * v_1[k];
+        // Of an orientation, q and -q are the same.
+        const double sign = v_0.size() == 4 && std::inner_product(v_0.begin(), v_0.end(), v_1.begin(), 0.0) < 0 ? -1 : 1;
+        for (std::size_t k = 0; k < values.size(); ++k) values[k] = (1 - share) * v_0[k] + sign * share * v_1[k];
       } else {
         values = v_0;
       }

@@ -70,7 +70,7 @@ Simulation::Simulation(Model model)
     ruts_ = std::make_unique<Ruts>(*model_->terrain->grid, narrowest);
   }
   // A position drive that was not commanded yet holds where it stands.
-  for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
+  for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint), mechanism_.joint_velocity(drive.drive().joint));
   read_commands(0);
   mechanism_.update_kinematics();
   for (std::size_t b = 0; b < rover.bodies.size(); ++b)
@@ -473,7 +473,8 @@ double Simulation::energy() {
 void Simulation::start_accounts() {
   work_ = {};
   for (DriveUnit& drive : drives_) drive.clear_work();
-  energy();
+  mechanism_.update_kinematics();
+  mechanism_.update_mass_matrix();
   potential_at_start_ = mechanism_.potential_energy();
   energy_at_start_ = mechanism_.kinetic_energy();
 }
@@ -660,7 +661,7 @@ void Simulation::start_at(double time, const MechanismState& motion) {
   next_command_ = 0;
   const auto& changes = model_->scenario.changes;
   next_change_ = static_cast<std::size_t>(std::count_if(changes.begin(), changes.end(), [&](const StateChange& c) { return c.time < time; }));
-  for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint));
+  for (DriveUnit& drive : drives_) drive.start(mechanism_.joint_position(drive.drive().joint), mechanism_.joint_velocity(drive.drive().joint));
   read_commands(0);
   for (std::size_t b = 0; b < effects_->bodies.size(); ++b)
     for (auto& effect : effects_->bodies[b]) effect->start(motion_of(b));

@@ -79,8 +79,8 @@ class DriveLine(Law):
     States : the lagged set value, where there is a lag; the motor's angle and, of a torque drive, its speed, where there is a transmission;
     the integral of the speed error, where there is an integral_gain.
 
-    Servos, where nothing is between: effort = speed_gain (w_set - w), w_set = set speed (1 - sag effort/max_torque). Torque drives: the set
-    value over 1 + sag |value|/max_torque. Both end at max_torque/(1 + sag), less max_torque w/w_0 for the back-EMF.
+    Servos: effort = speed_gain (w_set - w), w_set = set speed (1 - sag effort/max_torque). Torque drives: the set value over 1 + sag
+    |value|/max_torque. Both end at max_torque/(1 + sag), less max_torque w/w_0 for the back-EMF. w : speed of the motor.
     """
 
     def __init__(self, drive: Drive, line: Line, scenario: Scenario, inertia: float) -> None:
@@ -93,6 +93,7 @@ class DriveLine(Law):
         self._times, self._values = [t for t, _ in own], [v for _, v in own]
         self._gain = drive.speed_gain if drive.speed_gain is not None else HELD * inertia
         self._most = drive.max_torque / (1.0 + line.sag)
+        self._falls = drive.max_torque * line.slope  # [N m s/rad] the largest effort, with speed
         self._sprung = line.compliance > 0 or line.gap > 0
         self._torque = drive.mode == "torque"
         self.states = (1 if line.lag > 0 else 0) + (0 if not self._sprung else 2 if self._torque else 1) + (1 if drive.integral_gain else 0)
@@ -107,7 +108,10 @@ class DriveLine(Law):
         if self.line.lag > 0 and self.drive.mode == "position":
             state[0] = position
         if self._sprung:
-            state[1 if self.line.lag > 0 else 0] = position
+            place = 1 if self.line.lag > 0 else 0
+            state[place] = position
+            if self._torque:
+                state[place + 1] = moment.speed(self.target)  # it turns with its joint
         return state
 
     def set_value(self, time: float) -> float:
@@ -130,11 +134,8 @@ class DriveLine(Law):
         if self._sprung:
             effort = self._through_transmission(value, position, speed, state[place:], rates[place:])
         else:
-            back = self.drive.max_torque * self.line.slope * speed
-            if self._torque:
-                asked = value / (1.0 + self.line.sag * abs(value) / self.drive.max_torque)
-            else:
-                asked = self._servo(self._set_speed(value, position), speed, back, state, rates)
+            back = self._falls * speed
+            asked = self._sagging(value) if self._torque else self._servo(self._set_speed(value, position), speed, back, state, rates)
             effort = within(asked, -self._most - back, self._most - back)
         moment.add_effort(self.target, effort)
         moment.drive_effort[self.target] = effort
@@ -150,6 +151,10 @@ class DriveLine(Law):
             rates[-1] = wanted - speed
         return effort
 
+    def _sagging(self, torque: float) -> float:
+        """What the supply lets a torque drive give."""
+        return torque / (1.0 + self.line.sag * abs(torque) / self.drive.max_torque)
+
     def _through_transmission(self, value: float, position: float, speed: float, state: Array, rates: Array) -> float:
         """Effort of spring and damper between motor and joint; where there is play, of the tooth that touches, which only pushes."""
         line = self.line
@@ -160,18 +165,32 @@ class DriveLine(Law):
             wanted = self._set_speed(value, float(state[0]))
             yielding = 1.0 / self._gain + line.sag * abs(wanted) / self.drive.max_torque
 
-        def face(play: float) -> float:
+        def led(effort: float) -> tuple[float, float]:
+            """A motor's speed without effort, and how much it gives way, where this effort goes through: by its servo, or its line."""
+            beyond = effort + self._falls * (wanted - yielding * effort)
+            if self._falls and abs(beyond) > self._most:
+                return (self._most if beyond > 0 else -self._most) / self._falls, 1.0 / self._falls
+            return wanted, yielding
+
+        def face(play: float, lower: float, upper: float) -> float:
             stretch = stiffness * (twist - play)
             if self._torque:
-                return stretch + line.damping * (state[1] - speed)
-            return (stretch + line.damping * (wanted - speed)) / (1.0 + line.damping * yielding)
+                return within(stretch + line.damping * (state[1] - speed), lower, upper)
+
+            def through(free: float, gives: float) -> float:
+                return within((stretch + line.damping * (free - speed)) / (1.0 + line.damping * gives), lower, upper)
+
+            return through(*led(through(wanted, yielding)))
 
         half = 0.5 * line.gap
-        effort = max(face(half), 0.0) + min(face(-half), 0.0) if line.gap > 0 else face(0.0)
+        effort = face(half, 0.0, np.inf) + face(-half, -np.inf, 0.0) if line.gap > 0 else face(0.0, -np.inf, np.inf)
         if self._torque:
+            back = self._falls * state[1]
             rates[0] = state[1]
-            rates[1] = (within(value, -self._most, self._most) - effort) / max(line.rotor, 1e-9)
+            rates[1] = (within(self._sagging(value), -self._most - back, self._most - back) - effort) / max(line.rotor, 1e-9)
             return effort
-        effort = within(effort, -self._most, self._most)
-        rates[0] = wanted - yielding * effort
+        if not self._falls:
+            effort = within(effort, -self._most, self._most)
+        free, gives = led(effort)
+        rates[0] = free - gives * effort
         return effort
