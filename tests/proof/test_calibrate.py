@@ -1,4 +1,4 @@
-"""The constants of the stated probabilities, and the table of sealed trials that they are fitted to."""
+"""The constants of the stated probabilities, and a table of sealed trials that they were not fitted to."""
 
 import sys
 from pathlib import Path
@@ -22,7 +22,7 @@ def names():
 
 
 def test_what_is_stated_is_what_is_right(names):
-    """The committed constants on the committed table, which is a third of what they were fitted to: off by less than the aim of 0.05."""
+    """The committed constants on the committed table, drawn after they were fitted: off by less than the aim of 0.05."""
     said = calibrate.report(LEDGER, names, calibration())
     assert float(said.rpartition("off by ")[2]) < 0.05
     assert f"{len(names)} names" in said

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from rille.diagnosis.hypotheses.sensor_hypotheses import channels_of
 from rille.model.hypothesis import Setting, Term
-from rille.model.recording import Channel
+from rille.model.recording import ANGLES, Channel
 
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
+SAME = 1e-9  # [rad] turns that are the same but for rounding
 LEAST_GAIN = 0.05  # below which a value says nothing of the truth
 
 
@@ -63,6 +64,16 @@ FAULTS: dict[str, Fault] = {
 }
 
 
+def _of_one_turn(law: Fault, value: Array, time: Array, numbers: Numbers) -> Array:
+    """True angles of what was said within half a turn; NaN where what was said, a turn more or less, can be of two: where a scale of 1.04
+    says 3.1 rad, that may be 2.98 rad, or -3.06 rad, which made -3.18 rad.
+    """
+    ways = np.stack([law.repaired(value + turns, time, numbers) for turns in (0.0, 2 * np.pi, -2 * np.pi)])
+    ways = np.where(np.abs(ways) <= np.pi, ways, np.nan)
+    least, most = np.fmin.reduce(ways), np.fmax.reduce(ways)
+    return np.where((most - least < SAME) | (most - least > 2 * np.pi - SAME), least, np.nan)
+
+
 def concerns(term: Term, channel: Channel) -> bool:
     """Whether a fault is of this channel, of the instrument that it is a component of, or of the clock that stamps it."""
     return bool(channels_of(term.hypothesis, [channel]))
@@ -96,5 +107,5 @@ def repaired(faults: Setting, channel: Channel) -> Channel:
     for term in reversed(own):
         law = FAULTS[term.hypothesis.kind]
         time = law.instant(time, term.numbers)
-        value = law.repaired(value, time, term.numbers)
+        value = _of_one_turn(law, value, time, term.numbers) if channel.component in ANGLES else law.repaired(value, time, term.numbers)
     return replace(channel, time=time + channel.delay, value=value) if own else channel
