@@ -86,6 +86,15 @@ def alternatives(taken: Setting, always: int, rivals: Sequence[Rivals]) -> list[
     return found
 
 
+def with_displaced(rivals: Sequence[Rivals], before: Setting, after: Setting, always: int) -> list[Rivals]:
+    """The rivals of each piece; first among those of one that stands in the place of another is that other."""
+    found = []
+    for own, old, new in zip(rivals, before[always:], after[always:], strict=True):
+        terms = own.terms if same(old.hypothesis, new.hypothesis) else tuple(without_doubles([old, *own.terms]))
+        found.append(Rivals(terms, own.count))
+    return found
+
+
 def swapped_together(standing: Standing, taken: Setting, always: int) -> list[Setting]:
     """Where each of two pieces could be another without being told from the answer, both could be at once."""
     confounded = standing.confounded

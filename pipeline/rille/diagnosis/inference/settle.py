@@ -6,7 +6,7 @@ way to one law that says as much alone.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import zip_longest
 
 import numpy as np
@@ -25,6 +25,7 @@ from rille.diagnosis.inference.rivals import (
     same,
     same_pieces,
     swapped_together,
+    with_displaced,
     without_doubles,
 )
 from rille.model.hypothesis import Setting, Term
@@ -138,6 +139,7 @@ def settle(
                 return False
             continue
         settled = same_pieces(winner.setting, taken.setting) and not (bent and winner.chi2 < here.chi2 - trifle)
+        rivals = with_displaced(rivals, taken.setting, winner.setting, always)
         taken = winner
         if settled:
             break
@@ -179,7 +181,7 @@ def exchange(state: State, evidence: Evidence, number: int, term: Term, tries: i
     rough = min(fit_together(state.judge, [[setting] for setting in begun], on_progress=on_progress), key=lambda one: one.chi2)
     own, linear = own_fit(evidence, rough.setting, state)
     here = Judge(linear, own.setting, floor=state.first.floor)
-    rivals = [replace(each, terms=(state.pieces[k], *each.terms)) if k == number else each for k, each in enumerate(state.rivals)]
+    rivals = with_displaced(state.rivals, state.setting, own.setting, len(state.always))
     fitted = fit_together(here, [[setting] for setting in alternatives(own.setting, len(state.always), rivals)], on_progress=on_progress)
     state.replays += here.replays
     standing = stand(state.first, linear, fitted)
