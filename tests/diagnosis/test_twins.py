@@ -122,3 +122,21 @@ def test_one_law_is_believed_before_two_that_say_as_much(make_model):
     assert piece.hypothesis.title == "command_delay of hinge1"
     assert piece.numbers["delay"] == pytest.approx(0.004, abs=6e-4)
     assert any("would explain as much" in note for note in state.notes)
+
+
+def test_what_gave_way_to_its_twin_is_told_beside_it(make_model):
+    """A command that is 20 ms late, and a search that took a lag of the motor for it: the delay takes its place, and the lag, which no
+    other look would find again, is fitted beside it.
+    """
+    swing = replace(SCENARIO, commands=tuple(replace(c, drive="hinge1", value=8 * c.value) for c in SCENARIO.commands))
+    rover = replace(chain([0.3], [0.5]), drives=(Drive(name="hinge1", joint="hinge1", mode="torque", max_torque=2.0),))
+    late = Effect(kind="command_delay", target="hinge1", parameters={"delay": 0.02})
+    sensors = [sensor("hinge1", "position", "rad", 2e-4), sensor("hinge1", "velocity", "rad/s", 0.01)]
+    evidence, tried = asked(make_model, rover, swing, late, sensors, ("command_delay", "motor_lag"))
+    (delay,), (lag,) = ([h for h in tried if h.kind == kind and h.target == "hinge1"] for kind in ("command_delay", "motor_lag"))
+    judge = Judge(evidence)
+    state = State(always=(), first=judge, judge=judge)
+    (taken,) = fit_together(judge, [[(lag.at({"time_constant": 0.02}),)]])
+    assert settle(state, evidence, taken, [Rivals((delay.at({"delay": 0.02}),))], len(tried), under=evidence)
+    assert [piece.hypothesis for piece in state.pieces] == [delay]
+    assert [one.setting[0].hypothesis for one in state.standing.fitted] == [delay, lag]
