@@ -37,3 +37,15 @@ def test_what_is_repaired_is_the_truth(kind, numbers, quantity):
     assert np.array_equal(known, ~twice)
     error = again[known] - truth[known]
     assert (within_half_a_turn(error) if angle else error) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "numbers"), [("drift", {"rate": 0.5}), ("scale", {"relative_error": 0.04}), ("bias", {"offset": 9.0})])
+def test_of_many_turns_nothing_is_lost(kind, numbers):
+    """A drift by three turns, said within half a one, and a heading that counts its turns say one truth each, turns aside."""
+    time = np.linspace(0.0, 40.0, 2001)
+    truth = 0.4 * time if kind == "scale" else within_half_a_turn(0.4 * time)
+    said = FAULTS[kind].said(truth, time, numbers)
+    said = said if kind == "scale" else within_half_a_turn(said)
+    channel = Channel(name="roll", quantity="part.orientation", component="yaw", target="base", unit="rad", time=time, value=said)
+    again = repaired(fault(kind, numbers), channel).value
+    assert within_half_a_turn(again - truth) == pytest.approx(0.0, abs=1e-9)

@@ -17,6 +17,7 @@ from rille.model.recording import ANGLES, Channel
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
 SAME = 1e-9  # [rad] turns that are the same but for rounding
+COUNTS_TURNS = 1.5 * np.pi  # [rad] size beyond which an angle is none within half a turn, whatever its noise
 LEAST_GAIN = 0.05  # below which a value says nothing of the truth
 
 
@@ -65,13 +66,18 @@ FAULTS: dict[str, Fault] = {
 
 
 def _of_one_turn(law: Fault, value: Array, time: Array, numbers: Numbers) -> Array:
-    """True angles of what was said within half a turn; NaN where what was said, a turn more or less, can be of two: where a scale of 1.04
-    says 3.1 rad, that may be 2.98 rad, or -3.06 rad, which made -3.18 rad.
+    """True angles of what was said; NaN where what was said within half a turn can be of two: where a scale of 1.04 says 3.1 rad, that may
+    be 2.98 rad, or -3.06 rad, which made -3.18 rad. Angles that count full turns are of one.
     """
-    ways = np.stack([law.repaired(value + turns, time, numbers) for turns in (0.0, 2 * np.pi, -2 * np.pi)])
-    ways = np.where(np.abs(ways) <= np.pi, ways, np.nan)
-    least, most = np.fmin.reduce(ways), np.fmax.reduce(ways)
-    return np.where((most - least < SAME) | (most - least > 2 * np.pi - SAME), least, np.nan)
+    plain = law.repaired(value, time, numbers)
+    if np.nanmax(np.abs(value), initial=0.0) > COUNTS_TURNS:
+        return plain
+    of_two = np.zeros(len(value), dtype=bool)
+    for turn in (2 * np.pi, -2 * np.pi):
+        other = law.repaired(value + turn, time, numbers)
+        apart = np.abs((other - plain + np.pi) % (2 * np.pi) - np.pi)
+        of_two |= (np.abs(other) <= np.pi) & (apart > SAME)
+    return np.where(of_two, np.nan, plain)
 
 
 def concerns(term: Term, channel: Channel) -> bool:
