@@ -39,7 +39,7 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
   given_effort_ = 0;
   // A drive that is held stands still, as if nothing were commanded yet; one of positions goes where it is told.
   const double wanted = hold && drive_->mode != DriveMode::position ? 0 : mean_set_value_;
-  value_ = wanted;
+  double value = wanted;
   // Exact for a command that is constant over the step. An effort acts by its mean, and so does a speed, so that the way is right; a position
   // counts where it ends.
   if (line_.lag > 0) {
@@ -47,9 +47,8 @@ bool DriveUnit::open_rows(const Mechanism& mechanism, double h, bool hold, RowSe
     lag_started_ = true;
     const double nearer = -std::expm1(-h / line_.lag), ahead = wanted - lagged_;
     lagged_ += nearer * ahead;
-    value_ = drive_->mode == DriveMode::position ? lagged_ : wanted - line_.lag / h * nearer * ahead;
+    value = drive_->mode == DriveMode::position ? lagged_ : wanted - line_.lag / h * nearer * ahead;
   }
-  double value = value_;
   const bool torque_mode = drive_->mode == DriveMode::torque && !hold;
   if (line_.compliance > 0 || line_.gap > 0) {
     open_transmission(mechanism, h, hold, value, rows);

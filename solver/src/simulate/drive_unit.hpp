@@ -91,7 +91,6 @@ class DriveUnit {
   std::array<RowSide, 3> sides_ = {};
   int first_row_ = -1;        // -1: none in this step
   int n_rows_ = 0;
-  double value_ = 0;          // mean of the set value over the step, behind the lag
   double given_effort_ = 0;   // without rows
   bool free_rotor_ = false;   // behind a transmission: accelerated by a given effort, not led by a servo
   Motor servo_;               // behind a transmission
