@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from rille.diagnosis.hypotheses.natural import Natural, Scales, factor_of, matters, moving_bodies, natural, size_of
 from rille.diagnosis.hypotheses.parameter_hypotheses import MOST_SPREADS, parameter_hypotheses
 from rille.diagnosis.hypotheses.sensor_hypotheses import sensor_hypotheses, shifts
+from rille.diagnosis.hypotheses.shape_tries import EVERY_ORDER
 from rille.model import InputRefused
 from rille.model.diagnosis import Location
 from rille.model.effect import EffectKind, EffectParameter
@@ -150,7 +151,7 @@ def _free(
     if number.search == "order" and "s" in here:
         slow = here["s"] * SLOW_MOMENTS
         fastest = 3.0 * slow / max(scales.interval, 1e-6)  # half a turn of its phase from one sample to the next
-        upper = max(parameter.lower + 1, min(parameter.upper, round(fastest)))
+        upper = min(parameter.upper, max(EVERY_ORDER, round(fastest)))  # where it starts from rest, every one of these is slow
         return replace(number, upper=upper, start=min(number.start, upper))
     return replace(number, start=min(max(number.start, number.lower), number.upper))
 

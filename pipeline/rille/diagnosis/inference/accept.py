@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from rille.diagnosis.evidence.evidence import Array, Whole
 from rille.diagnosis.inference.judge import Judge
@@ -16,6 +17,8 @@ LEAST_OF_REST = 0.2  # of the excess that is left without the piece: many small 
 LEAST_OF_CHANNEL = 0.05  # of a channel's excess: what is little beside a strong effect is none where that one hardly shows
 NO_TRIFLE, LEAST_OF_IT = 0.25, 0.3  # excess per degree at which what is left is no trifle, whatever was found; share of it, then
 SIGNIFICANT = 4.0  # standard deviations of chi-squared
+LOUD_IN_WINDOW, NEVER = 2.0, 1e-9  # of the noise's chi-squared in one window of one channel, that is loud; chance of that, at most
+LEAST_SAMPLES = 8  # degrees of freedom of a channel in a window, fewer of which say nothing on their own
 
 
 def is_accepted(scores: Scores, new: int, old: int, judge: Judge, *, tries: int, first: Judge) -> bool:
@@ -58,8 +61,10 @@ def differs(judge: Judge) -> bool:
 
 
 def loud_channels(judge: Judge) -> Whole:
-    """Numbers of the channels in which the base of a judge differs from the data beyond the noise."""
-    return np.flatnonzero(_is_loud(_beyond(judge), judge))
+    """Numbers of the channels in which the base of a judge differs from the data beyond the noise: as a whole, or in one window, be it the
+    only one in which a wheel starts from rest.
+    """
+    return np.flatnonzero(_is_loud(_beyond(judge), judge) | _is_loud_in_a_window(judge))
 
 
 def _is_large_in_a_channel(old: Array, new: Array, judge: Judge, first: Judge) -> bool:
@@ -77,6 +82,17 @@ def _is_loud(beyond: Array, judge: Judge) -> NDArray[np.bool_]:
     """(channels,) where so much chi-squared beyond noise is a difference. beyond (channels,)."""
     degrees = _degrees(judge)
     return beyond > np.maximum(judge.floor * SIGNIFICANT * np.sqrt(2.0 * degrees), LEAST_IN_CHANNEL * degrees)
+
+
+def _is_loud_in_a_window(judge: Judge) -> NDArray[np.bool_]:
+    """(channels,) where noise alone would not give the chi-squared of some window, and that is far more than noise gives."""
+    count, windows = len(judge.evidence.channels), judge.metric.n_windows
+    cell = np.repeat(np.arange(windows), np.diff(judge.metric.edges)) * count + judge.evidence.channel
+    found, degrees = (
+        np.bincount(cell, values, windows * count).reshape(windows, count) for values in (judge.base**2, judge.metric.own_degrees)
+    )
+    heard = (degrees >= LEAST_SAMPLES) & (found > LOUD_IN_WINDOW * judge.floor * degrees)
+    return np.asarray(np.any(heard & (chi2.sf(found / judge.floor, np.maximum(degrees, 1.0)) < NEVER), axis=0), dtype=bool)
 
 
 def _beyond(judge: Judge) -> Array:

@@ -96,6 +96,7 @@ class _Trial:
     weak: float = 0.0  # largest step that was too small
     strong: float = 0.0  # smallest step that was too large
     drowned: float = 0.0  # size of the change that it made
+    too_much: Array = field(default_factory=lambda: np.empty(0))  # that change
     leaps: int = 0  # times that it was too small
     faint: float = 0.0  # size of the change that the step ``weak`` made
     jumps: bool = False  # the law sets in at once: it does as much however small the step is
@@ -103,6 +104,12 @@ class _Trial:
     @property
     def values(self) -> Values:
         return self.shape | {self.number.name: self.number.absent + self.step}
+
+    def take_too_much_for_nothing(self) -> None:
+        """Go back from a step that does nothing to the last one that did too much, if there was one: the law sets in between the two."""
+        if self.size <= UNFELT and self.strong:
+            self.step = float(np.sign(self.step)) * self.strong
+            self.change, self.size = self.too_much, self.drowned
 
     @property
     def sets_in(self) -> bool:
@@ -214,7 +221,7 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
         offers = _as_found(judge, blocks, [values for _, values in offers])
     kept = offers[0][0] if offers else 0.0
     broken = kept < KEPT * promised and promised > WORTH_A_SCAN * judge.excess
-    if closely and (broken or (beyond and not offers)) and sum(number.amplitude for number in hypothesis.free) == 1:
+    if closely and (broken or (beyond and kept < least)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     linear_share = (promised / judge.chi2, linear[0][1]) if linear else None
     return _Proposal(offers=_shares(judge, offers), linear=linear_share, tries=len(shapes), silent=not trials)
@@ -355,14 +362,17 @@ def _felt_trials(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values])
 
 def _run(judge: Judge, hypothesis: Hypothesis, trials: Sequence[_Trial], rounds: int) -> Inquiry[None]:
     """Run trials, with other steps while these are too small or too large."""
+    waiting = list(trials)
     for more in reversed(range(rounds)):
-        if not trials:
-            return
-        blocks = yield [(*judge.on_top, hypothesis.at(trial.values)) for trial in trials]
-        for trial, block in zip(trials, blocks, strict=True):
+        if not waiting:
+            break
+        blocks = yield [(*judge.on_top, hypothesis.at(trial.values)) for trial in waiting]
+        for trial, block in zip(waiting, blocks, strict=True):
             trial.change = block - judge.base
             trial.size = float(trial.change @ trial.change)
-        trials = [trial for trial in trials if _resized(trial, judge)] if more else []
+        waiting = [trial for trial in waiting if _resized(trial, judge)] if more else []
+    for trial in trials:
+        trial.take_too_much_for_nothing()
 
 
 def _first_step(number: FreeNumber) -> float:
@@ -381,7 +391,7 @@ def _resized(trial: _Trial, judge: Judge) -> bool:
         if trial.size > STUBBORN * trial.drowned > 0 and size < MINUTE * abs(_first_step(trial.number)):
             trial.jumps = True
             return False
-        trial.strong, trial.drowned = size, trial.size
+        trial.strong, trial.drowned, trial.too_much = size, trial.size, trial.change
         less = size * float(np.clip(0.5 * np.sqrt(most / trial.size), 1e-3, 0.5))
         new = max(np.sqrt(trial.weak * size), less) if trial.weak else less
     elif trial.size < max(FELT, SMALLEST * judge.chi2):
