@@ -5,6 +5,9 @@ Near an instant the orientation is exp(phi) times a reference, phi the rotation 
     d phi/dt = J(phi)^-1 omega,   J^-1 = I - [phi]/2 + (1/a^2 - (1 + cos a)/(2 a sin a)) [phi]^2,   a = |phi|
 
 (Bullo & Murray 1995, eq. 6), are smoothed as any coordinate. Roll and yaw of a body that points up are no smooth numbers, phi is.
+
+While one of the angles is lost (its range ended, its radio failed) a gyro goes on: between two orientations its rates are integrated, and
+what they miss at the end is taken off in proportion to time, as in strapdown navigation (Titterton & Weston 2004, ch. 3).
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,18 +25,21 @@ Shown = Mapping[str, tuple[Channel, float]]
 """Channels with their noise by component."""
 FARTHEST = 2.0  # [rad] from the reference: a rotation vector near half a turn is not smooth
 GAP = 3.0  # usual intervals between samples, beyond which none is made up for what lies in between
+COARSER = 3.0  # times the noise of an orientation, that one between two is taken to have which a gyro carries on: all share their errors
+MISSED = 0.5  # [rad] that a gyro may miss at the end of a gap; more, and it says nothing of what lies in between
 LOST = 0.5  # share of its samples that a component of an instrument may lack beside another (its range ended, its radio failed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedTurns:
-    """time (n,) [s] : delays taken off. turn (n, 4). noise [rad]. rates : for each instrument instants (m,) [s], orientation there (m, 4),
+    """time (n,) [s] : delays taken off. turn (n, 4). made (n,) : carried on by a gyro. noise [rad] : of the others. rates : for each instrument instants (m,) [s], orientation there (m, 4),
     angular velocity in W (m, 3) [rad/s], its noise. alone : by axis, rates about axes of W of which not all three are recorded; they are
     taken as those of the rotation vector.
     """
 
     time: Array
     turn: Array
+    made: NDArray[np.bool_]
     noise: float
     rates: tuple[tuple[Array, Array, Array, float], ...]
     alone: Mapping[str, Series] = field(default_factory=dict)
@@ -47,13 +53,15 @@ class RecordedTurns:
         parts: list[list[LocalMotion]] = [[], [], []]
         widest = reach(widest, self.time)
         for k, (instant, reference) in enumerate(zip(times, references, strict=True)):
-            at, away = _near(self.time, self.turn, reference, instant, widest)[:2]
+            at, away, near = _near(self.time, self.turn, reference, instant, widest)
+            made = self.made[near]
+            kinds = [(~made, self.noise), *([(made, COARSER * self.noise)] if made.any() else [])]
             turning = []
             for time, turn, rate, noise in self.rates:
                 when, where, chosen = _near(time, turn, reference, instant, widest)
                 turning.append((when, _rates_of_vector(where, rate[chosen]), noise))
             for axis in range(3):
-                series = [Series(order=0, time=at, value=away[:, axis], noise=self.noise)]
+                series = [Series(order=0, time=at[here], value=away[here, axis], noise=noise) for here, noise in kinds]
                 series += [Series(order=1, time=when, value=rate[:, axis], noise=noise) for when, rate, noise in turning]
                 series += [self.alone["xyz"[axis]]] if "xyz"[axis] in self.alone else []
                 fixed = None if widths is None else widths[axis][k : k + 1]
@@ -75,10 +83,12 @@ def recorded_turns(orientation: Shown, rates: Sequence[tuple[Shown, bool]]) -> R
             turn = from_angles(values)
         else:  # a turn by a changes a component of a quaternion by at most a/2
             turn, noise = values / np.linalg.norm(values, axis=1, keepdims=True), 2.0 * noise
-        turning = tuple(_turning(shown, in_body, time, turn, noise) for shown, in_body in rates if _whole(shown, tuple("xyz")))
+        gyros = [(*_together(shown, tuple("xyz")), in_body) for shown, in_body in rates if _whole(shown, tuple("xyz"))]
+        time, turn, made = _carried_on(time, turn, gyros)
+        turning = tuple(_turning(at, rate, own, in_body, time, turn, noise) for at, rate, own, in_body in gyros)
         single = {k: c for shown, in_body in rates if not in_body and not _whole(shown, tuple("xyz")) for k, c in shown.items()}
         alone = {k: Series(order=1, time=c.time - c.delay, value=c.value, noise=own) for k, (c, own) in single.items()}
-        return RecordedTurns(time=time, turn=turn, noise=noise, rates=turning, alone=alone) if len(time) else None
+        return RecordedTurns(time=time, turn=turn, made=made, noise=noise, rates=turning, alone=alone) if len(time) else None
     return None
 
 
@@ -125,9 +135,55 @@ def _behind(time: Array, instants: Array) -> tuple[NDArray[np.int64], NDArray[np
     return after, time[after] - time[after - 1] <= GAP * usual, usual
 
 
-def _turning(shown: Shown, in_body: bool, time: Array, turn: Array, noise: float) -> tuple[Array, Array, Array, float]:
+def _carried_on(
+    time: Array, turn: Array, gyros: Sequence[tuple[Array, Array, float, bool]]
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Instants (n,) [s] and orientations (n, 4), with those between that a gyro carries on where none is near; and which these are.
+
+    gyros : instants (m,) [s], rates (m, 3) [rad/s], their noise, and whether they are along the axes of the body; the first that goes on
+    through a gap is taken.
+    """
+    usual = float(np.median(np.diff(time))) if len(time) > 1 else np.inf
+    found = [(time, turn, np.zeros(len(time), dtype=bool))]
+    for first in np.flatnonzero(np.diff(time) > GAP * usual):
+        between = np.linspace(time[first], time[first + 1], round((time[first + 1] - time[first]) / usual) + 1)
+        for at, rate, _, in_body in gyros:
+            path = _path(between, turn[first], turn[first + 1], at, rate, in_body)
+            if path is not None:
+                found.append((between[1:-1], path, np.ones(len(between) - 2, dtype=bool)))
+                break
+    times, turns, made = (np.concatenate(one) for one in zip(*found, strict=True))
+    order = np.argsort(times, kind="stable")
+    return times[order], turns[order], made[order]
+
+
+def _path(between: Array, first: Array, last: Array, at: Array, rate: Array, in_body: bool) -> Array | None:
+    """Orientations (k - 2, 4) at the inner ones of ``between`` (k,) [s], from ``first`` to ``last`` (4,), by rates (m, 3) [rad/s] at ``at``
+    (m,) [s]; None where these are lost, too, or end elsewhere.
+    """
+    if len(at) < 2:
+        return None
+    inside = (at >= between[0]) & (at <= between[-1])
+    nodes = np.unique(np.concatenate([between, at[inside]]))
+    if not _behind(at, nodes)[1].all() or at[0] > between[0] or at[-1] < between[-1]:
+        return None
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    steps = exponential(np.diff(nodes)[:, None] * np.stack([np.interp(middle, at, rate[:, k]) for k in range(3)], axis=1))
+    path = [first]
+    for step in steps:
+        path.append(product(path[-1], step) if in_body else product(step, path[-1]))
+    missed = logarithm(product(last, conjugate(path[-1])))
+    if np.linalg.norm(missed) > MISSED:
+        return None
+    share = (nodes - nodes[0]) / (nodes[-1] - nodes[0])
+    ends_there = product(exponential(share[:, None] * missed), np.stack(path))
+    return ends_there[np.searchsorted(nodes, between[1:-1])]
+
+
+def _turning(
+    at: Array, rate: Array, own: float, in_body: bool, time: Array, turn: Array, noise: float
+) -> tuple[Array, Array, Array, float]:
     """An entry of ``rates``, at the instants between two orientations that are near."""
-    at, rate, own = _together(shown, tuple("xyz"))
     if len(time) < 2:
         return at[:0], turn[:0], rate[:0], own
     after, near, _ = _behind(time, at)
