@@ -7,7 +7,7 @@ windows, those that differ most and others spread over the time. Hypotheses that
 corrected along that direction if they keep less than they promised.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -50,7 +50,8 @@ class Signature:
     """What one hypothesis does. values : its numbers where it explains most so far. drop : of chi-squared there. direction (N,) : whitened
     change of the residuals from the base to ``values``; zeros if it promised too little to be run in all windows. one_sided : the direction
     may not be turned. linear : share of chi-squared that its signature promises, and where. tries : shapes that were tried. silent : it
-    changes nothing within its bounds.
+    changes nothing within its bounds. roughly : of each amplitude, the change in the windows of the first look per unit of it, at the first
+    shape; {} where that was not tried, or is found by its phase.
     """
 
     hypothesis: Hypothesis
@@ -61,6 +62,7 @@ class Signature:
     linear: tuple[float, Values] | None
     tries: int
     silent: bool
+    roughly: Mapping[str, Single] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,13 +77,14 @@ class Screened:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Proposal:
     """What some windows say of a hypothesis: values for each of the best shapes, with the share of chi-squared that they take away there;
-    linear : what the signatures promised, if anything.
+    linear : what the signatures promised, if anything. roughly : as of ``Signature``.
     """
 
     offers: tuple[tuple[float, Values], ...]
     linear: tuple[float, Values] | None
     tries: int
     silent: bool
+    roughly: Mapping[str, Single]
 
 
 @dataclass(slots=True)
@@ -206,6 +209,27 @@ def without_doubles(signatures: Sequence[Signature]) -> list[Signature]:
     return kept
 
 
+def alike(one: Signature, other: Signature) -> tuple[float, Values]:
+    """How much of what one changes another does, too (cosine; negative where it does the opposite), and the other's values for that: in all
+    windows, or in those of the first look where the other was not run in all, since it promised too little on its own.
+    """
+    if np.any(other.direction):
+        size = float(np.linalg.norm(other.direction) * np.linalg.norm(one.direction))
+        return (float(other.direction @ one.direction) / size if size > 0 else 0.0), other.values
+    numbers = {number.name: number for number in one.hypothesis.free}
+    parts = [(one.values[name] - numbers[name].absent) * change for name, change in one.roughly.items()]
+    aim = np.sum(parts, axis=0, dtype=float) if parts else np.zeros(1)
+    size = float(aim @ aim)
+    if not other.roughly or size <= 0 or any(len(change) != len(aim) for change in other.roughly.values()):
+        return 0.0, other.values
+    columns = np.stack([np.asarray(change, dtype=float) for change in other.roughly.values()])
+    own = [number for name in other.roughly for number in other.hypothesis.free if number.name == name]
+    bounds = (np.array([min(n.lower - n.absent, 0.0) for n in own]), np.array([max(n.upper - n.absent, 0.0) for n in own]))
+    steps, drop = bounded_minimum(columns @ columns.T, -(columns @ aim), *bounds)
+    values = other.hypothesis.at().numbers | {n.name: n.absent + float(step) for n, step in zip(own, steps, strict=True)}
+    return float(np.sqrt(drop / size)), values
+
+
 def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], closely: bool) -> Inquiry[_Proposal]:
     """Values at which the hypothesis explains most of these windows.
 
@@ -224,7 +248,9 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
     if closely and (broken or (beyond and kept < least)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     linear_share = (promised / judge.chi2, linear[0][1]) if linear else None
-    return _Proposal(offers=_shares(judge, offers), linear=linear_share, tries=len(shapes), silent=not trials)
+    first = [trial for trial in trials if trial.shape == dict(shapes[0])] if quadrature(hypothesis) is None else []
+    roughly = {trial.number.name: (trial.change / trial.step).astype(np.float32) for trial in first}
+    return _Proposal(offers=_shares(judge, offers), linear=linear_share, tries=len(shapes), silent=not trials, roughly=roughly)
 
 
 def _is_tried(judge: Judge, hypothesis: Hypothesis, near: _Proposal, far: bool, most: float) -> bool:
@@ -339,7 +365,7 @@ def _verify(judge: Judge, hypothesis: Hypothesis, proposal: _Proposal) -> Inquir
         asked = [_along(amplitudes, asked[best], factor)]
     one_sided = all(n.lower >= n.absent or n.upper <= n.absent for n in amplitudes)
     return Signature(hypothesis=hypothesis, values=dict(values), drop=drop, direction=direction.astype(np.float32), one_sided=one_sided,
-                     linear=proposal.linear, tries=proposal.tries, silent=proposal.silent)  # fmt: skip
+                     linear=proposal.linear, tries=proposal.tries, silent=proposal.silent, roughly=proposal.roughly)  # fmt: skip
 
 
 def _felt_trials(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values]) -> Inquiry[list[_Trial]]:

@@ -22,7 +22,7 @@ from rille.diagnosis.inference.pairs import promising_pairs
 from rille.diagnosis.inference.rank import GROSS, rank
 from rille.diagnosis.inference.reach import may_show
 from rille.diagnosis.inference.rivals import elsewhere, rivals_of, same
-from rille.diagnosis.inference.screen import Screened, screen
+from rille.diagnosis.inference.screen import Screened, alike, screen
 from rille.diagnosis.inference.settle import State, exchange, own_fit, own_fit_in_the_end, settle
 from rille.model.diagnosis import NAMING, Verdict
 from rille.model.effect import EffectKind
@@ -153,12 +153,11 @@ def _alike(screened: Screened, hypothesis: Hypothesis) -> list[Term]:
     if own is None or not np.any(own.direction):
         return []
     found = []
-    for s in screened.signatures:
-        size = float(np.linalg.norm(s.direction) * np.linalg.norm(own.direction))
-        likeness = float(s.direction @ own.direction) / size if size > 0 and s is not own else 0.0
+    for s in (one for one in screened.signatures if one is not own):
+        likeness, values = alike(own, s)
         if likeness > ALIKE or (likeness < -ALIKE and not s.one_sided):
-            found.append((elsewhere(s.hypothesis, hypothesis), abs(likeness), s))
-    return [s.hypothesis.at(s.values) for *_, s in sorted(found, key=lambda one: one[:2], reverse=True)[:STAND_INS]]
+            found.append((elsewhere(s.hypothesis, hypothesis), abs(likeness), s.hypothesis.at(values)))
+    return [term for *_, term in sorted(found, key=lambda one: one[:2], reverse=True)[:STAND_INS]]
 
 
 def _second_chances(
