@@ -12,7 +12,7 @@ from rille.diagnosis.hypotheses.candidates import candidates, of_kind
 from rille.diagnosis.inference.fit import estimates, fit_together
 from rille.diagnosis.inference.found import named_terms
 from rille.diagnosis.inference.judge import Judge
-from rille.diagnosis.inference.nameless import EVEN, WORTH_A_WORD, beside_nameless, places_of
+from rille.diagnosis.inference.nameless import EVEN, WORTH_A_WORD, _probability, _Rival, beside_nameless, places_of
 from rille.diagnosis.inference.search import search
 from rille.model import Effect
 from rille.model.hypothesis import Hypothesis
@@ -37,7 +37,7 @@ def as_if(seen, found, machine, kind, target, **numbers):
     (fitted,) = fit_together(judge, [[(hypothesis.at(numbers),)]])
     terms = named_terms(estimates(fitted, judge.metric.edges), fitted.setting, {})
     after = {"chi2_after": fitted.chi2, "degrees_after": fitted.degrees, "kappa": fitted.kappa}
-    return replace(found, verdict="named", setting=fitted.setting, terms=terms, nothing=0.05, **after)
+    return replace(found, verdict="named", setting=fitted.setting, terms=terms, nothing=0.05, evidence=judge.evidence, **after)
 
 
 def stands(seen, machine, scales, found):
@@ -165,3 +165,14 @@ def test_what_acts_on_a_body_acts_at_the_joints_that_carry_it(make_model):
     _, machine, _ = evidence(make_model)
     drag = Hypothesis(cause="effect", kind="any", target="link2", target_kind="body", free=()).at()
     assert places_of((drag,), machine, ()) == [("joint", "hinge2"), ("joint", "hinge1"), ("body", "link2")]
+
+
+@pytest.mark.parametrize(("likeness", "better", "is_even"), [(0.9995, 2.2, True), (0.9995, 30.0, False), (0.9, 2.2, False)])
+def test_two_words_for_one_thing_are_even(make_model, likeness, better, is_even):
+    """A constant torque at a joint that never reverses does what dry friction does, and a little better where it stands at first: the name
+    is no less likely than that. What is clearly better, or does something else, stands instead.
+    """
+    *_, found = answered(make_model, Effect(kind="coulomb_friction", target="hinge2", parameters={"torque": 0.003}))
+    rival = _Rival(law=None, place=("joint", "hinge2"), judge=None, better=better, likeness=likeness, cost=-8.0, full_cost=-8.0)
+    assert (_probability([rival], found.setting) == EVEN) == is_even
+    assert is_even or _probability([rival], found.setting) > 0.9

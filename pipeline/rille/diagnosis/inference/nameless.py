@@ -13,7 +13,8 @@ recording; all its numbers count. Two causes that meet at one place are rarer th
 law without a name has something to make up.
 
 One cause with many numbers at a body (a cable that comes taut) follows any spring that begins somewhere: where such a law does as well with
-fewer numbers, told or not, the two are even.
+fewer numbers, told or not, the two are even. So are two words for one thing: at a wheel that never reverses a constant torque is dry
+friction, and what little they differ by, where it stands at first, is no reason to give up the name while it tells less than ``TIED``.
 """
 
 from collections.abc import Sequence
@@ -39,6 +40,7 @@ from rille.model.recording import Channel
 
 PRIOR, PRIOR_OF_SEVERAL = 1 / 3, 1.0  # odds of a law without a name before one cause, and before several
 MANY = 4  # numbers of one cause at a body, from which on fewer are a matter of taste
+SAME = 0.99  # correlation of what a law and the answer change, from which they are two words for one thing
 EVEN = 0.5  # probability of none of the catalogue, where one law without a name does what one with a name does
 WORTH_A_WORD = 0.15  # the same, from which on it is told
 STANDS = 0.5  # the same, above which the law stands instead
@@ -54,7 +56,7 @@ Place = tuple[TargetKind, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Rival:
-    """A law at a place. better [nats] : than the answer, by chi-squared alone. cost, full_cost : d with the answer's numbers that are told,
+    """A law at a place. better [nats] : than the answer, by chi-squared alone. likeness : correlation of what the two change. cost, full_cost : d with the answer's numbers that are told,
     and with all of them.
     """
 
@@ -62,6 +64,7 @@ class _Rival:
     place: Place
     judge: Judge
     better: float
+    likeness: float
     cost: float
     full_cost: float
 
@@ -93,10 +96,7 @@ def beside_nameless(
     if not rivals:
         return found, None
     best = min(rivals, key=lambda one: one.cost)
-    several = len(found.setting) > 1
-    none = _odds(best.cost, PRIOR_OF_SEVERAL if several else PRIOR)
-    if _is_wide(found.setting) and all(one.better < TIED for one in rivals):
-        none = min(EVEN, _odds(min(one.full_cost for one in rivals), 1.0))
+    none = _probability(rivals, found.setting)
     answer = " + ".join(term.hypothesis.title for term in found.setting)
     told = {"answer": answer, "formula": best.law.formula, "place": f"{best.place[0]} '{best.place[1]}'"}
     if none > STANDS:
@@ -117,6 +117,17 @@ def beside_nameless(
         return with_doubt(found, none), None
     verdict = found.verdict if found.verdict == "sensor_fault" else "group"
     return replace(with_doubt(found, none), verdict=verdict, notes=(*found.notes, BESIDE.format(**told))), None
+
+
+def _probability(rivals: Sequence[_Rival], setting: Setting) -> float:
+    """Of a law without a name, where an answer has these rivals."""
+    best = min(rivals, key=lambda one: one.cost)
+    none = _odds(best.cost, PRIOR_OF_SEVERAL if len(setting) > 1 else PRIOR)
+    if _is_wide(setting) and all(one.better < TIED for one in rivals):
+        none = _odds(min(one.full_cost for one in rivals), 1.0)
+    elif not (best.likeness > SAME and best.better < TIED):
+        return none
+    return min(EVEN, none)
 
 
 def places_of(setting: Setting, machine: Machine, channels: Sequence[Channel]) -> list[Place]:
@@ -178,9 +189,18 @@ def _at_place(
         place=place,
         judge=judge,
         better=-0.5 * more,
+        likeness=_likeness(evidence, found, judge),
         cost=more + (law.numbers - sum(_told(term) for term in found.terms)) * each,
         full_cost=more + (law.numbers - sum(len(term.term.hypothesis.free) for term in found.terms)) * each,
     )
+
+
+def _likeness(evidence: Evidence, found: Found, law: Judge) -> float:
+    """Correlation of what an answer and a law change in what the base leaves."""
+    base, answer = Judge(evidence).base, Judge(found.evidence, found.setting).base
+    one, other = answer - base, law.base - base
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(one @ other) / size if size > 0 else 0.0
 
 
 def _told(named: NamedTerm) -> int:

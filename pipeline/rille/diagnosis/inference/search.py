@@ -43,6 +43,7 @@ BROKEN = 1.5  # promise over what they keep, for that
 BEST = 2  # hypotheses that explain most, for the same, where none is accepted; and that are fitted so to the end
 OUT_OF_REACH = 4.0  # times what the best so far leaves, that one leaves under starts of its own which is not fitted to the end
 NOTHING_FITS = 0.1  # share of chi-squared that the best so far leaves, from which on faults that are there or not are tried
+MOST_ASTRAY, NEARLY_ALL = 0.25, 0.9  # share of the windows that went astray, at most, and of the excess that they hold, at least
 WHOLE_FAULTS = 6  # channels that are tried turned round where nothing fits
 TOLD = 0.01  # relative width of the bounds of an amplitude that is told beforehand
 UNDECIDED = 0.5  # share of the excess that a hypothesis leaves, that was not accepted but may be right
@@ -74,6 +75,7 @@ def search(
         always = fit_together(judge, [[always]], on_progress=on_progress)[0].setting
         judge = Judge(evidence, always, floor=floor)
     state = State(always=always, first=judge, judge=judge)
+    _begin_beside_what_went_astray(state, evidence, hypotheses, most, tries, on_progress)
     while True:
         while len(state.pieces) < most and _worth_looking(state):
             if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
@@ -96,6 +98,35 @@ def search(
             continue
         state.notes.append(against)
         return with_doubt(_answer(state, kinds or {}, "unknown"), DOUBTED)
+
+
+def _begin_beside_what_went_astray(
+    state: State, evidence: Evidence, hypotheses: Sequence[Hypothesis], most: int, tries: Tries | None, on_progress: Progress | None
+) -> None:
+    """Settle on what explains the other windows, where a few that went astray hold nearly all of the misfit and the others differ, too.
+
+    Where motion is unstable, a pendulum that passes its top, one such window drowns all others; from the starts of the base nothing brings
+    it back, and whatever throws it elsewhere by chance seems to explain all. What is found beside it has starts of its own there, too, and
+    the search goes on with all windows.
+    """
+    judge = state.judge
+    beyond = judge.per_window(judge.base**2) - judge.floor * judge.window_degrees
+    astray = beyond > GROSS * judge.floor * judge.window_degrees
+    few = 0 < np.count_nonzero(astray) <= MOST_ASTRAY * len(astray) and np.count_nonzero(~astray) >= LEAST_WINDOWS
+    if not few or np.sum(beyond[astray]) < NEARLY_ALL * judge.excess:
+        return
+    some = evidence.subset(np.flatnonzero(~astray))
+    others = Judge(some, state.always, floor=judge.floor)
+    if not differs(others):
+        return
+    begun = State(always=state.always, first=others, judge=others)
+    while len(begun.pieces) < most and _worth_looking(begun):
+        if not _look(begun, some, hypotheses, most - len(begun.pieces), tries, on_progress):
+            break
+    state.replays += begun.replays + begun.judge.replays
+    if begun.pieces:
+        own, linear = own_fit_in_the_end(evidence, begun.setting, state)
+        settle(state, evidence, own, begun.rivals, len(hypotheses), on_progress, under=linear)
 
 
 def _in_its_place(state: State, evidence: Evidence, other: Term, tries: int, on_progress: Progress | None) -> bool:
