@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from rille.diagnosis.hypotheses.shape_tries import shape_tries
+from rille.diagnosis.inference.accept import loud_channels
 from rille.diagnosis.inference.fit import estimates, fit
 from rille.diagnosis.inference.judge import Judge
-from rille.diagnosis.inference.screen import screen
+from rille.diagnosis.inference.screen import Signature, alike, screen
 from rille.model.hypothesis import Setting
 from rille.model.recording import Channel
 from toy_evidence import catalogue, effect, named, number, parameter, recorded, shape
@@ -36,6 +37,51 @@ def test_what_acts_beyond_a_threshold_is_found_from_any_first_try(spread):
     assert found.drop > 0.6 * Judge(evidence).excess
     fitted = fit(evidence, (right.at(found.values),))
     assert np.isclose(fitted.setting[0].values[0], 0.3, rtol=0.02)
+
+
+@pytest.mark.parametrize("seconds", [3, 10])
+def test_what_sets_in_between_a_step_that_does_nothing_and_one_that_drowns_all_is_found(seconds):
+    """A force that is limited at 1/0.23, next to the largest that is commanded: the last trial of a bracket may do nothing. (It counted as
+    silent then.)
+    """
+    evidence = recorded((named("limit", "right", inverse=0.23),), seconds=seconds)
+    found = first_of(screen(evidence, [effect("limit", "right", number("inverse", upper=50.0, spread=0.05))]))
+    assert not found.silent
+    assert found.drop > 0.6 * Judge(evidence).excess
+
+
+def test_one_loud_window_is_a_difference():
+    """A push in one window of sixty, too little for a whole channel to differ by a quarter of its noise: its cart's channels are loud. Noise
+    alone is in none.
+    """
+    quiet, pushed = (
+        recorded(seconds=30),
+        recorded(seconds=30, extra=lambda t, x, v: np.array([0.35, 0.0]).reshape(2, 1, 1) * (abs(t - 10.25) < 0.25)),
+    )
+    assert not len(loud_channels(Judge(quiet)))
+    loud = loud_channels(Judge(pushed))
+    assert len(loud)
+    assert all(pushed.channels[k].target == "left" for k in loud)
+
+
+def test_what_promised_too_little_alone_is_compared_in_the_first_look():
+    """One changes the first windows as two amplitudes of another do together, which was not run in all; a one-sided one cannot undo it."""
+    one, other, against = (effect(kind, "left", *free) for kind, free in (
+        ("tilt", [number("x", lower=-9, upper=9)]),
+        ("bias", [number("a", lower=-9, upper=9), number("b", lower=-9, upper=9)]),
+        ("drag", [number("c")]),
+    ))  # fmt: skip
+    axes = np.eye(3, dtype=np.float32)
+
+    def signature(hypothesis, roughly, values, run=0.0):
+        return Signature(hypothesis=hypothesis, values=values, drop=0.0, direction=np.full(4, run), one_sided=False, linear=None, tries=1,
+                         silent=False, roughly=roughly)  # fmt: skip
+
+    taken = signature(one, {"x": axes[0] + 2 * axes[1]}, {"x": 3.0}, run=1.0)
+    likeness, values = alike(taken, signature(other, {"a": axes[0], "b": 4 * axes[1]}, {"a": 0.0, "b": 0.0}))
+    assert likeness == pytest.approx(1.0)
+    assert values == pytest.approx({"a": 3.0, "b": 1.5})
+    assert alike(taken, signature(against, {"c": -axes[0]}, {"c": 0.0}))[0] == 0.0
 
 
 @pytest.mark.parametrize("mass", [0.25, 0.4])

@@ -135,9 +135,7 @@ def _behind(time: Array, instants: Array) -> tuple[NDArray[np.int64], NDArray[np
     return after, time[after] - time[after - 1] <= GAP * usual, usual
 
 
-def _carried_on(
-    time: Array, turn: Array, gyros: Sequence[tuple[Array, Array, float, bool]]
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _carried_on(time: Array, turn: Array, gyros: Sequence[tuple[Array, Array, float, bool]]) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Instants (n,) [s] and orientations (n, 4), with those between that a gyro carries on where none is near; and which these are.
 
     gyros : instants (m,) [s], rates (m, 3) [rad/s], their noise, and whether they are along the axes of the body; the first that goes on
