@@ -13,8 +13,8 @@ from rille import simulate, store
 from rille.diagnosis.hypotheses.candidates import candidates, of_kind, require_known
 from rille.diagnosis.hypotheses.natural import factor_of, natural, size_of
 from rille.diagnosis.hypotheses.sensor_hypotheses import channels_of, sensor_hypotheses
-from rille.diagnosis.hypotheses.tries import place_tries
 from rille.diagnosis.hypotheses.shape_tries import EVERY_ORDER
+from rille.diagnosis.hypotheses.tries import place_tries
 from rille.model import Command, Drive, Effect, Grouser, InputRefused, Scenario
 from rille.model.diagnosis import Location, Span
 from rille.model.recording import Channel
@@ -122,8 +122,8 @@ def test_effects_that_the_model_has_are_numbers_to_refit():
 
 @pytest.mark.parametrize(("speed", "most"), [(2.0, 225), (20.0, EVERY_ORDER)])
 def test_ripples_are_as_fine_as_samples_follow_at_slow_moments(speed, most):
-    """Half a turn (3 rad) of the ripple from one of 50 samples a second to the next, at a third of the fastest speed (22 waves at 20 rad/s);
-    but where a joint starts from rest every order that is tried one by one can be followed.
+    """Half a turn (3 rad) of the ripple from one of 50 samples a second to the next, at a third of the fastest speed (22 waves at
+    20 rad/s); but where a joint starts from rest every order that is tried one by one can be followed.
     """
     t = np.arange(0.0, 5.0, 0.02)
     rate = Channel(name="rate", quantity="joint.velocity", target="hinge1", unit="rad/s", time=t, value=speed * np.sin(1.3 * t))

@@ -56,8 +56,8 @@ Place = tuple[TargetKind, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Rival:
-    """A law at a place. better [nats] : than the answer, by chi-squared alone. likeness : correlation of what the two change. cost, full_cost : d with the answer's numbers that are told,
-    and with all of them.
+    """A law at a place. better [nats] : than the answer, by chi-squared alone. likeness : correlation of what the two change.
+    cost, full_cost : d with the answer's numbers that are told, and with all of them.
     """
 
     law: Unknown

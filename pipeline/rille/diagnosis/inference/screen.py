@@ -50,8 +50,8 @@ class Signature:
     """What one hypothesis does. values : its numbers where it explains most so far. drop : of chi-squared there. direction (N,) : whitened
     change of the residuals from the base to ``values``; zeros if it promised too little to be run in all windows. one_sided : the direction
     may not be turned. linear : share of chi-squared that its signature promises, and where. tries : shapes that were tried. silent : it
-    changes nothing within its bounds. roughly : of each amplitude, the change in the windows of the first look per unit of it, at the first
-    shape; {} where that was not tried, or is found by its phase.
+    changes nothing within its bounds. roughly : of each amplitude, the change in the windows of the first look per unit of it; {} of a law
+    that has other numbers, too, and is another law with each of their values.
     """
 
     hypothesis: Hypothesis
@@ -248,8 +248,8 @@ def _propose(judge: Judge, hypothesis: Hypothesis, shapes: Sequence[Values], clo
     if closely and (broken or (beyond and kept < least)) and sum(number.amplitude for number in hypothesis.free) == 1:
         offers = yield from _scanned(judge, hypothesis, max(trials, key=lambda trial: trial.size), offers, promised)
     linear_share = (promised / judge.chi2, linear[0][1]) if linear else None
-    first = [trial for trial in trials if trial.shape == dict(shapes[0])] if quadrature(hypothesis) is None else []
-    roughly = {trial.number.name: (trial.change / trial.step).astype(np.float32) for trial in first}
+    shapeless = all(number.amplitude for number in hypothesis.free)
+    roughly = {trial.number.name: (trial.change / trial.step).astype(np.float32) for trial in trials if shapeless}
     return _Proposal(offers=_shares(judge, offers), linear=linear_share, tries=len(shapes), silent=not trials, roughly=roughly)
 
 
