@@ -51,13 +51,14 @@ def test_what_sets_in_between_a_step_that_does_nothing_and_one_that_drowns_all_i
 
 
 def test_one_loud_window_is_a_difference():
-    """A push in one window of sixty, too little for a whole channel to differ by a quarter of its noise: its cart's channels are loud. Noise
-    alone is in none.
+    """A push in one window of sixty, too little for a whole channel to differ by a quarter of its noise: its cart's channels are loud.
+    Noise alone is in none.
     """
-    quiet, pushed = (
-        recorded(seconds=30),
-        recorded(seconds=30, extra=lambda t, x, v: np.array([0.35, 0.0]).reshape(2, 1, 1) * (abs(t - 10.25) < 0.25)),
-    )
+
+    def push(t, x, v):
+        return np.array([0.35, 0.0]).reshape(2, 1, 1) * (abs(t - 10.25) < 0.25)
+
+    quiet, pushed = recorded(seconds=30), recorded(seconds=30, extra=push)
     assert not len(loud_channels(Judge(quiet)))
     loud = loud_channels(Judge(pushed))
     assert len(loud)

@@ -32,9 +32,9 @@ LOST = 0.5  # share of its samples that a component of an instrument may lack be
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedTurns:
-    """time (n,) [s] : delays taken off. turn (n, 4). made (n,) : carried on by a gyro. noise [rad] : of the
-    others. rates : for each instrument instants (m,) [s], orientation there (m, 4), angular velocity in W (m, 3) [rad/s], its noise. alone : by axis, rates about axes of W of which not all three are recorded; they are
-    taken as those of the rotation vector.
+    """time (n,) [s] : delays taken off. turn (n, 4). made (n,) : carried on by a gyro. noise [rad] : of the others. rates : for each
+    instrument instants (m,) [s], orientation there (m, 4), angular velocity in W (m, 3) [rad/s], its noise. alone : by axis, rates about
+    axes of W of which not all three are recorded; they are taken as those of the rotation vector.
     """
 
     time: Array
