@@ -54,7 +54,7 @@ def is_trifle(judge: Judge, first: Judge) -> bool:
 def differs(judge: Judge) -> bool:
     """Whether the base of a judge differs from the data beyond its noise: as a whole, in some window, or in some channel."""
     degrees = judge.window_degrees
-    beyond = judge.per_window(judge.base**2) - judge.floor * degrees
+    beyond = judge.window_excess
     allowed = judge.floor * SIGNIFICANT * np.sqrt(2.0 * np.maximum(degrees, 1.0)) + 2.0 * LEAST_SHARE * degrees
     whole = judge.excess > max(judge.floor * SIGNIFICANT * np.sqrt(2.0 * judge.degrees), LEAST_SHARE * judge.degrees)
     return bool(whole or np.any(beyond > np.maximum(allowed, LEAST_IN_WINDOW * degrees)) or len(loud_channels(judge)))

@@ -49,6 +49,11 @@ class Judge:
         return self.chi2 - self.floor * self.degrees
 
     @property
+    def window_excess(self) -> Array:
+        """(W,) the same of each window."""
+        return self.per_window(self.base**2) - self.floor * self.window_degrees
+
+    @property
     def most(self) -> int:
         """Settings of one batch."""
         return max(8, MOST_NUMBERS // max(len(self.base), 1))
@@ -62,6 +67,12 @@ class Judge:
         self.replays += len(settings)
         raw = np.clip(np.nan_to_num(self.evidence.residuals(settings), nan=FARTHEST), -FARTHEST, FARTHEST)
         return self.metric.whitened(np.where(raw == ENDED, self._penalty, raw))
+
+
+def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
+    """How alike two changes of residuals (N,) are, from -1 (opposite) to 1; 0 if there is none."""
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(one @ other) / size if size > 0 else 0.0
 
 
 def ask_together(judge: Judge, inquiries: Sequence[Inquiry[Answer]], tell: Callable[[float], None] | None = None) -> list[Answer]:

@@ -35,7 +35,7 @@ def shared_moment(fitted: Sequence[Fitted], hypotheses: Sequence[Hypothesis], *,
 
 def busy_spans(judge: Judge) -> tuple[tuple[float, float], ...]:
     """Stretches of time [s] of the windows that differ most; () if the difference is not concentrated there."""
-    beyond = np.maximum(judge.per_window(judge.base**2) - judge.floor * judge.window_degrees, 0.0)
+    beyond = np.maximum(judge.window_excess, 0.0)
     starts, stops = judge.evidence.starts, judge.evidence.stops
     spans: list[tuple[float, float]] = []
     inside = np.zeros(len(beyond), dtype=bool)

@@ -17,7 +17,7 @@ fewer numbers, told or not, the two are even. So are two words for one thing: at
 friction, and what little they differ by, where it stands at first, is no reason to give up the name while it tells less than ``TIED``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,10 +26,10 @@ from scipy.special import expit
 from rille.diagnosis.evidence.evidence import Evidence
 from rille.diagnosis.hypotheses.formulas import TargetKind, sharper
 from rille.diagnosis.hypotheses.natural import Natural
-from rille.diagnosis.inference.confound import TIED
+from rille.diagnosis.inference.confound import SAME, TIED
 from rille.diagnosis.inference.fit import is_told
 from rille.diagnosis.inference.found import Found, with_doubt
-from rille.diagnosis.inference.judge import Judge
+from rille.diagnosis.inference.judge import Judge, cosine
 from rille.diagnosis.inference.moments import is_momentary
 from rille.diagnosis.inference.unknown import Progress, Unknown, find_unknown, share_explained
 from rille.diagnosis.inference.weights import calibration
@@ -40,7 +40,6 @@ from rille.model.recording import Channel
 
 PRIOR, PRIOR_OF_SEVERAL = 1 / 3, 1.0  # odds of a law without a name before one cause, and before several
 MANY = 4  # numbers of one cause at a body, from which on fewer are a matter of taste
-SAME = 0.99  # correlation of what a law and the answer change, from which they are two words for one thing
 EVEN = 0.5  # probability of none of the catalogue, where one law without a name does what one with a name does
 WORTH_A_WORD = 0.15  # the same, from which on it is told
 STANDS = 0.5  # the same, above which the law stands instead
@@ -56,15 +55,14 @@ Place = tuple[TargetKind, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Rival:
-    """A law at a place. better [nats] : than the answer, by chi-squared alone. likeness : correlation of what the two change.
-    cost, full_cost : d with the answer's numbers that are told, and with all of them.
+    """A law at a place. better [nats] : than the answer, by chi-squared alone. cost, full_cost : d with the answer's numbers that are told,
+    and with all of them.
     """
 
     law: Unknown
     place: Place
     judge: Judge
     better: float
-    likeness: float
     cost: float
     full_cost: float
 
@@ -96,7 +94,7 @@ def beside_nameless(
     if not rivals:
         return found, None
     best = min(rivals, key=lambda one: one.cost)
-    none = _probability(rivals, found.setting)
+    none = _probability(rivals, found.setting, lambda law: _likeness(evidence, found, law.judge))
     answer = " + ".join(term.hypothesis.title for term in found.setting)
     told = {"answer": answer, "formula": best.law.formula, "place": f"{best.place[0]} '{best.place[1]}'"}
     if none > STANDS:
@@ -119,13 +117,15 @@ def beside_nameless(
     return replace(with_doubt(found, none), verdict=verdict, notes=(*found.notes, BESIDE.format(**told))), None
 
 
-def _probability(rivals: Sequence[_Rival], setting: Setting) -> float:
-    """Of a law without a name, where an answer has these rivals."""
+def _probability(rivals: Sequence[_Rival], setting: Setting, likeness: Callable[[_Rival], float]) -> float:
+    """Of a law without a name, where an answer has these rivals. likeness : correlation of what one and the answer change; it takes two
+    replays, and is asked where it matters.
+    """
     best = min(rivals, key=lambda one: one.cost)
     none = _odds(best.cost, PRIOR_OF_SEVERAL if len(setting) > 1 else PRIOR)
     if _is_wide(setting) and all(one.better < TIED for one in rivals):
         none = _odds(min(one.full_cost for one in rivals), 1.0)
-    elif not (best.likeness > SAME and best.better < TIED):
+    elif not (best.better < TIED and likeness(best) > SAME):
         return none
     return min(EVEN, none)
 
@@ -189,7 +189,6 @@ def _at_place(
         place=place,
         judge=judge,
         better=-0.5 * more,
-        likeness=_likeness(evidence, found, judge),
         cost=more + (law.numbers - sum(_told(term) for term in found.terms)) * each,
         full_cost=more + (law.numbers - sum(len(term.term.hypothesis.free) for term in found.terms)) * each,
     )
@@ -198,9 +197,7 @@ def _at_place(
 def _likeness(evidence: Evidence, found: Found, law: Judge) -> float:
     """Correlation of what an answer and a law change in what the base leaves."""
     base, answer = Judge(evidence).base, Judge(found.evidence, found.setting).base
-    one, other = answer - base, law.base - base
-    size = float(np.linalg.norm(one) * np.linalg.norm(other))
-    return float(one @ other) / size if size > 0 else 0.0
+    return cosine(answer - base, law.base - base)
 
 
 def _told(named: NamedTerm) -> int:

@@ -16,7 +16,7 @@ from rille.diagnosis.evidence.evidence import Array, Evidence, Whole
 from rille.diagnosis.hypotheses.shape_tries import Tries, Values, quadrature, shape_tries
 from rille.diagnosis.inference.accept import loud_channels
 from rille.diagnosis.inference.bounded_squares import bounded_minimum
-from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together
+from rille.diagnosis.inference.judge import Inquiry, Judge, Progress, Single, ask_together, cosine
 from rille.diagnosis.inference.reach import may_show, within_reach
 from rille.model.hypothesis import FreeNumber, Hypothesis, Setting
 
@@ -98,8 +98,7 @@ class _Trial:
     size: float = 0.0
     weak: float = 0.0  # largest step that was too small
     strong: float = 0.0  # smallest step that was too large
-    drowned: float = 0.0  # size of the change that it made
-    too_much: Array = field(default_factory=lambda: np.empty(0))  # that change
+    too_much: Array = field(default_factory=lambda: np.empty(0))  # change that it made
     leaps: int = 0  # times that it was too small
     faint: float = 0.0  # size of the change that the step ``weak`` made
     jumps: bool = False  # the law sets in at once: it does as much however small the step is
@@ -107,6 +106,11 @@ class _Trial:
     @property
     def values(self) -> Values:
         return self.shape | {self.number.name: self.number.absent + self.step}
+
+    @property
+    def drowned(self) -> float:
+        """Size of the change that the smallest step that was too large made."""
+        return float(self.too_much @ self.too_much)
 
     def take_too_much_for_nothing(self) -> None:
         """Go back from a step that does nothing to the last one that did too much, if there was one: the law sets in between the two."""
@@ -136,8 +140,7 @@ def screen(
     """
     judge = judge or Judge(evidence, on_top)
     hypotheses = within_reach(judge, hypotheses, least_promise(judge))
-    beyond = judge.per_window(judge.base**2) - judge.floor * judge.window_degrees
-    worst = np.argsort(-beyond, kind="stable")
+    worst = np.argsort(-judge.window_excess, kind="stable")
     times = [float(evidence.starts[w]) for w in worst[:5]]
     shapes = [shape_tries(h, times, (tries or {}).get(h.title, ())) for h in hypotheses]
     roughly = [all(number.search not in RIPPLES for number in h.free) for h in hypotheses]
@@ -214,8 +217,7 @@ def alike(one: Signature, other: Signature) -> tuple[float, Values]:
     windows, or in those of the first look where the other was not run in all, since it promised too little on its own.
     """
     if np.any(other.direction):
-        size = float(np.linalg.norm(other.direction) * np.linalg.norm(one.direction))
-        return (float(other.direction @ one.direction) / size if size > 0 else 0.0), other.values
+        return cosine(other.direction, one.direction), other.values
     numbers = {number.name: number for number in one.hypothesis.free}
     parts = [(one.values[name] - numbers[name].absent) * change for name, change in one.roughly.items()]
     aim = np.sum(parts, axis=0, dtype=float) if parts else np.zeros(1)
@@ -417,7 +419,7 @@ def _resized(trial: _Trial, judge: Judge) -> bool:
         if trial.size > STUBBORN * trial.drowned > 0 and size < MINUTE * abs(_first_step(trial.number)):
             trial.jumps = True
             return False
-        trial.strong, trial.drowned, trial.too_much = size, trial.size, trial.change
+        trial.strong, trial.too_much = size, trial.change
         less = size * float(np.clip(0.5 * np.sqrt(most / trial.size), 1e-3, 0.5))
         new = max(np.sqrt(trial.weak * size), less) if trial.weak else less
     elif trial.size < max(FELT, SMALLEST * judge.chi2):

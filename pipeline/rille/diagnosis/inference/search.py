@@ -77,9 +77,7 @@ def search(
     state = State(always=always, first=judge, judge=judge)
     _begin_beside_what_went_astray(state, evidence, hypotheses, most, tries, on_progress)
     while True:
-        while len(state.pieces) < most and _worth_looking(state):
-            if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
-                break
+        _look_as_long_as_it_pays(state, evidence, hypotheses, most, tries, on_progress)
         verdict = _verdict(state)
         if verdict not in NAMING or state.standing is None:
             return _answer(state, kinds or {}, verdict)
@@ -110,7 +108,7 @@ def _begin_beside_what_went_astray(
     the search goes on with all windows.
     """
     judge = state.judge
-    beyond = judge.per_window(judge.base**2) - judge.floor * judge.window_degrees
+    beyond = judge.window_excess
     astray = beyond > GROSS * judge.floor * judge.window_degrees
     few = 0 < np.count_nonzero(astray) <= MOST_ASTRAY * len(astray) and np.count_nonzero(~astray) >= LEAST_WINDOWS
     if not few or np.sum(beyond[astray]) < NEARLY_ALL * judge.excess:
@@ -120,9 +118,7 @@ def _begin_beside_what_went_astray(
     if not differs(others):
         return
     begun = State(always=state.always, first=others, judge=others)
-    while len(begun.pieces) < most and _worth_looking(begun):
-        if not _look(begun, some, hypotheses, most - len(begun.pieces), tries, on_progress):
-            break
+    _look_as_long_as_it_pays(begun, some, hypotheses, most, tries, on_progress)
     state.replays += begun.replays + begun.judge.replays
     if begun.pieces:
         own, linear = own_fit_in_the_end(evidence, begun.setting, state)
@@ -139,6 +135,15 @@ def _in_its_place(state: State, evidence: Evidence, other: Term, tries: int, on_
         if narrow.target == law.target and len(narrow.free) < len(law.free):
             return exchange(state, evidence, number, other, tries, on_progress)
     return False
+
+
+def _look_as_long_as_it_pays(
+    state: State, evidence: Evidence, hypotheses: Sequence[Hypothesis], most: int, tries: Tries | None, on_progress: Progress | None
+) -> None:
+    """Piece after piece, up to ``most``, until nothing that is left is worth it or none is accepted."""
+    while len(state.pieces) < most and _worth_looking(state):
+        if not _look(state, evidence, hypotheses, most - len(state.pieces), tries, on_progress):
+            return
 
 
 def _worth_looking(state: State) -> bool:
