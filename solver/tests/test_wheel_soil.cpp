@@ -86,3 +86,26 @@ TEST_CASE("slip is continuous between driving, rolling and braking, and symmetri
   CHECK(slip_of(0.1, 0.08, 0).travel_ratio == doctest::Approx(0.1 / 0.08));
   CHECK(std::abs(slip_of(0, 0, 0).ratio) < 1e-7);
 }
+
+TEST_CASE("a wheel that is all but locked and drifts is pushed against its motion, as a locked one is") {
+  // All shear is mobilised: it lies along (v - u, v_y), and nothing changes where the rim passes rest. The bounds leave room for the
+  // few degrees of the contact over which the displacement turns.
+  const Soil soil = test::lunar_soil();
+  const WheelShape wheel{0.12, 0.1};
+  const double v = 0.02;
+  for (const double v_y : {0.02, 0.07, 0.2}) {
+    const auto pushed = [&](double u) {
+      const Slip slip = slip_of(v, u, v_y);
+      return react(WheelSoilLaw::bekker_wong, soil, wheel, {0.005, slip.ratio, slip.travel_ratio, slip.lateral_ratio});
+    };
+    const SoilReaction locked = pushed(0);
+    CHECK(-locked.side_force * wheel.radius / locked.torque == doctest::Approx(v_y / v).epsilon(0.03));
+    for (const double share : {1e-2, 3e-3, 1e-3, 1e-4, -1e-3}) {
+      const SoilReaction near = pushed(share * v);
+      CHECK(near.side_force == doctest::Approx(locked.side_force).epsilon(0.03));
+      CHECK(near.torque == doctest::Approx(locked.torque).epsilon(0.03));
+      CHECK(near.normal_load == doctest::Approx(locked.normal_load).epsilon(0.01));
+      CHECK(near.rolling_torque == doctest::Approx(locked.rolling_torque).epsilon(0.01));
+    }
+  }
+}

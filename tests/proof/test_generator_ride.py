@@ -9,7 +9,7 @@ from rille import store
 from rille.model import Command, Effect, InputRefused, PhysicsFailed, Pose
 from rille.model.recording import Frame
 from rille.proof.generator.reading import Reading
-from rille.proof.generator.ride import extrapolated_ride, ride
+from rille.proof.generator.ride import ride
 from rille.proof.machines import MAKERS
 from rille.proof.maneuvers import maneuver
 from rille.simulate.recorder import Wanted, record
@@ -80,12 +80,6 @@ def bare(solver):
     return np.array(ride(MACHINE, SCENARIO, (), READINGS)), solver(SCENARIO)
 
 
-@pytest.fixture(scope="module")
-def coarse():
-    """The generator with steps of 2 ms, with nothing concealed."""
-    return np.array(ride(MACHINE, SCENARIO, (), READINGS, step=2e-3))
-
-
 def rms(values) -> float:
     """Root of the mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
@@ -105,60 +99,60 @@ def typical(kind: str, target: str = "*") -> Effect:
 @pytest.mark.parametrize(
     ("group", "most"),
     [
-        ("position", 5e-4),
-        ("attitude", 1.5e-4),
-        ("quaternion", 1e-4),
-        ("velocity", 3e-4),
-        ("turning", 3e-4),
-        ("felt", 3e-3),
-        ("suspension", 5e-5),
-        ("steering", 5e-4),
+        ("position", 1.5e-4),
+        ("attitude", 3e-5),
+        ("quaternion", 1.5e-5),
+        ("velocity", 1.5e-4),
+        ("turning", 1.5e-4),
+        ("felt", 2e-3),
+        ("suspension", 2e-5),
+        ("steering", 2e-4),
         ("speed", 2e-3),
-        ("effort", 0.01),
-        ("sinkage", 3e-5),
-        ("load", 0.3),
+        ("effort", 0.02),
+        ("sinkage", 1.5e-5),
+        ("load", 0.2),
         ("pull", 0.05),
         ("side", 0.05),
         ("torque", 0.01),
     ],
 )
 def test_a_drive_with_nothing_concealed_agrees_with_the_solver(bare, group, most):
-    """Steps of first order on both sides: what differs is a lag of about 1 ms where speeds change by 2 rad/s in 0.2 s.
+    """Steps of first order in the solver: what differs is a lag of about half a millisecond where speeds change by 2 rad/s in 0.2 s.
 
-    SI. Measured: 0.08 mm of 0.4 m of way, 0.1 % of loads, torques and efforts; at 1 ms the solver differs from itself at 0.5 ms nearly as
-    much. The bounds leave a factor of about five.
+    SI. Measured: 0.04 mm of 0.4 m of way, 0.1 % of loads, 0.3 % of torques and efforts. The bounds leave a factor of three to five.
     """
     ours, theirs = bare
     assert rms(part(ours, group) - part(theirs, group)) < most
 
 
 @pytest.mark.parametrize("kind", ON_WHEELS)
-def test_what_a_law_on_wheels_changes_agrees_with_the_solver(bare, coarse, solver, kind):
-    """The change of speeds, sinkage and efforts, at the law's usual size, within 10 % of its own RMS.
+def test_what_a_law_on_wheels_changes_agrees_with_the_solver(bare, solver, kind):
+    """The change of speeds, sinkage and efforts, at the law's usual size, within 8 % of its own RMS.
 
-    Steps of 2 ms; measured: ripple, 5 waves a second in wheels that spin up, at most 7.2 %; slip sinkage 4.4 %; all others below 2.2 %.
+    Measured: slip sinkage at most 4.8 %; ripple, 5 waves a second in wheels that spin up, 4.3 %; all others at most 3.1 %.
     """
     effect = typical(kind)
     if kind == "soil_change":
         x, y = part(bare[1], "position")[:2, 60]
         effect = Effect(kind=kind, target="*", parameters={**effect.parameters, "center_x": x, "center_y": y, "radius": 0.5})
-    ours, theirs = np.array(ride(MACHINE, SCENARIO, (effect,), READINGS, step=2e-3)) - coarse, solver(SCENARIO, (effect,)) - bare[1]
+    ours, theirs = np.array(ride(MACHINE, SCENARIO, (effect,), READINGS)) - bare[0], solver(SCENARIO, (effect,)) - bare[1]
     for group in ("position", "velocity", "sinkage", "effort", "speed"):
-        assert rms(part(ours, group) - part(theirs, group)) < 0.1 * rms(part(theirs, group)), group
+        assert rms(part(ours, group) - part(theirs, group)) < 0.08 * rms(part(theirs, group)), group
 
 
 def test_wheels_in_ruts_agree_with_the_solver(solver):
     """Straight ahead, middle wheels in the ruts of front wheels: they sink deeper, since packed soil bears less area, by the same within
     3 %.
 
-    Rear wheels follow two others; where a rut begins depends on the cells of its memory, so it is the steady part that is compared.
+    Rear wheels follow two others; where a rut begins, and what wheels that fall into it leave elsewhere, depends on the cells of its memory
+    (measured: up to 0.8 mm for 0.2 s), so it is the steady part that is compared.
     """
     commands = tuple(Command(drive=name, time=0.1 * k, value=0.25 * k) for name in WHEELS for k in range(1, 9))
-    scenario = replace(SCENARIO, duration=4.5, commands=commands)
-    times = np.arange(3.9, 4.3, 0.02)
+    scenario = replace(SCENARIO, duration=3.5, commands=commands)
+    times = np.arange(3.1, 3.4, 0.02)
     readings = of("wheel.sinkage", [name for name in WHEELS if "middle" in name], times=times)
     law = typical("multipass")
-    ours = np.array(ride(MACHINE, scenario, (law,), readings, step=2e-3)) - np.array(ride(MACHINE, scenario, (), readings, step=2e-3))
+    ours = np.array(ride(MACHINE, scenario, (law,), readings)) - np.array(ride(MACHINE, scenario, (), readings))
     theirs = solver(scenario, (law,), readings) - solver(scenario, (), readings)
     assert abs(theirs.mean()) > 5e-4
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.03)
@@ -175,38 +169,52 @@ def test_wheels_in_ruts_agree_with_the_solver(solver):
         ("payload_slosh", "chassis"),
     ],
 )
-def test_laws_of_joints_and_bodies_act_on_a_rover(bare, coarse, solver, kind, target):
-    """One law of each way in: friction, the drive's line, another body, a state of its own. Change within 5 % of its RMS (measured: 2
-    %).
+def test_laws_of_joints_and_bodies_act_on_a_rover(bare, solver, kind, target):
+    """One law of each way in: friction, the drive's line, another body, a state of its own. Change within 3 % of its RMS (measured:
+    1.3 %).
     """
     effect = typical(kind, target)
     if kind == "motor_saturation":  # the usual motor is faster than these wheels: nothing would happen
         effect = replace(effect, parameters={"inverse_no_load_speed": 0.6})
-    ours, theirs = np.array(ride(MACHINE, SCENARIO, (effect,), READINGS, step=2e-3)) - coarse, solver(SCENARIO, (effect,)) - bare[1]
+    ours, theirs = np.array(ride(MACHINE, SCENARIO, (effect,), READINGS)) - bare[0], solver(SCENARIO, (effect,)) - bare[1]
     for group in ("position", "velocity", "speed"):
         assert rms(part(ours, group) - part(theirs, group)) < 0.03 * rms(part(theirs, group)), group
 
 
-def test_the_step_hardly_matters(bare, coarse):
-    """2 ms instead of 1 ms move the chassis by 0.05 mm (RMS) in 0.4 m of way, less than what is between generator and solver."""
-    assert rms(part(coarse, "position") - part(bare[0], "position")) < 2e-4
+def test_the_error_is_of_second_order_in_the_step():
+    """Half the step leaves a quarter of the error: of 8 and 4 ms beside 1 ms, less than 0.4 of it (measured: 0.32 and 0.35).
 
-
-def test_extrapolation_takes_away_most_of_the_error_of_first_order():
-    """The error of a run of 2 ms, beside runs of 1 and 0.5 ms extrapolated: less than a third of it.
-
-    Steering is not asked: it does not get better, its drive is at its limits.
+    Of how wheels turn; the chassis is off by 2 micrometres already, and steering does not get better: its drive is at its limits.
     """
-    groups = {name: GROUPS[name] for name in ("position", "attitude", "speed")} | {"turned": of("joint.position", WHEELS)}
+    groups = {"speed": GROUPS["speed"], "turned": of("joint.position", WHEELS)}
     readings = [reading for group in groups.values() for reading in group]
-    whole, half, quarter = (np.array(ride(MACHINE, SCENARIO, (), readings, step=step)) for step in (2e-3, 1e-3, 5e-4))
-    limit = 2 * quarter - half
-    left, before = np.array(extrapolated_ride(MACHINE, SCENARIO, (), readings, step=2e-3)) - limit, whole - limit
+    whole, half, limit = (np.array(ride(MACHINE, SCENARIO, (), readings, step=step)) for step in (8e-3, 4e-3, 1e-3))
     first = 0
     for name, group in groups.items():
         rows = slice(first, first + len(group))
-        assert rms(left[rows]) < rms(before[rows]) / 3, name
+        assert rms((half - limit)[rows]) < 0.4 * rms((whole - limit)[rows]), name
         first = rows.stop
+
+
+def test_a_wheel_that_all_but_stands_and_drifts_goes_on_smoothly(solver):
+    """A wheel that is turned across the way and holds back stands for an instant and turns back: torque and speed are smooth, and those of
+    the solver.
+
+    Where the shear of a wheel that hardly turns did not lie along its motion, its torque went to and fro by half from step to step, and
+    rovers stood that ought to creep. Measured: 0.014 N m of 1.8 between steps of the solver; between generator and solver 0.001 N m and
+    0.0002 rad/s of 0.07.
+    """
+    held = "wheel_rear_right"
+    speeds = {name: -0.45 if name == held else 1.0 for name in WHEELS} | {"steering_rear_right": 1.2}
+    scenario = replace(SCENARIO, duration=3.5, commands=tuple(Command(drive=name, time=0.1, value=v) for name, v in speeds.items()))
+    times = 3.0 + 5e-4 * np.arange(900) + 2.5e-4
+    readings = [of(quantity, [held], times=times)[0] for quantity in ("wheel.drive_torque", "joint.velocity")]
+    ours, theirs = np.array(ride(MACHINE, scenario, (), readings)), solver(scenario, (), readings)
+    torque, speed = theirs
+    assert speed[0] > 0.01 > -0.01 > speed[-1]
+    assert np.abs(np.diff(torque)).max() < 0.05
+    assert rms(ours[0] - torque) < 0.005
+    assert rms(ours[1] - speed) < 0.001
 
 
 def test_a_standing_rover_stands_and_its_wheels_carry_it():

@@ -100,7 +100,7 @@ def make(drawn: Drawn, misfits: Misfits) -> Made:
     Unreachable : if this draw cannot be made so strong.
     """
     first = next(scenario for scenario in drawn.scenarios if scenario.name == TRAINING[0])
-    base = misfits([generate(drawn, first, [], rough=True)], ()) if drawn.hidden else {}
+    base = misfits([generate(drawn, first, [])], ()) if drawn.hidden else {}
     return _with_pieces(drawn, tuple(_sized(drawn, hidden, first, misfits, base) for hidden in drawn.hidden))
 
 
@@ -136,7 +136,7 @@ def _sized(drawn: Drawn, hidden: Hidden, scenario: Scenario, misfits: Misfits, b
 
     def shown(one: Hidden, size: float) -> Recording | None:
         try:
-            return generate(drawn, scenario, [(one, size)], rough=True)
+            return generate(drawn, scenario, [(one, size)])
         except (PhysicsFailed, InputRefused):
             return None
 
@@ -226,8 +226,8 @@ def least_left(
     return min(without, min(tried.values())[1], key=lambda one: one[0])
 
 
-def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden, float]], *, rough: bool = False) -> Recording:
-    """One recording of a machine with things concealed at these sizes. rough : good enough to see how strong they are.
+def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden, float]]) -> Recording:
+    """One recording of a machine with things concealed at these sizes.
 
     Raises
     ------
@@ -243,5 +243,5 @@ def generate(drawn: Drawn, scenario: Scenario, concealed: Sequence[tuple[Hidden,
         rng = np.random.default_rng([int(drawn.trial.random("maneuver").integers(1 << 31)), crc32(scenario.name.encode())])
         return points_recording(machine, scenario.name, laws, rng, np.random.default_rng(seed))
     when = sampling(sensors, scenario.duration, seed)
-    truth = simulate(machine, replace(scenario, gravity=machine.gravity), laws, readings(sensors, when), rough=rough)
+    truth = simulate(machine, replace(scenario, gravity=machine.gravity), laws, readings(sensors, when))
     return recording(machine, scenario, sensors, when, truth, seed)

@@ -43,8 +43,8 @@ inline Slip slip_of(double v, double u, double v_y, double floor = kParkingSpeed
   slip.lateral_speed = std::max(std::abs(v_y), kSmallest * reference);
   slip.ratio = std::clamp(ratio, -1.0, 1.0);
   slip.travel_ratio = driven ? 1 - ratio : (1 + ratio > 1 / kLargest ? 1 / (1 + ratio) : kLargest);
-  const double lateral = slip.lateral_speed / reference;
-  slip.lateral_ratio = std::min(driven ? lateral : lateral * slip.travel_ratio, kLargest);
+  // The shear turns with v_y against u - v: where kappa is at its bound, v_y / (r w) is in proportion to it.
+  slip.lateral_ratio = std::min(slip.lateral_speed / reference, kLargest) * (driven ? 1 : slip.travel_ratio);
   return slip;
 }
 

@@ -48,6 +48,7 @@ class Integrals {
         per_ky_(wheel.radius / soil.lateral_shear_modulus),
         travel_(motion.travel_ratio),
         lateral_(motion.lateral_ratio),
+        lateral_0_(motion.lateral_ratio / std::max(motion.travel_ratio, 1.0)),
         angles_(angles),
         sin_entry_(std::sin(angles.entry)),
         cos_entry_(std::cos(angles.entry)) {}
@@ -59,12 +60,13 @@ class Integrals {
     const double rolled = angles_.entry - theta;
     const double j_x = per_k_ * (rolled - travel_ * (sin_entry_ - sin_theta));
     const double j_y = per_ky_ * rolled * lateral_;
-    const double j_0 = per_k_ * (rolled - (sin_entry_ - sin_theta));
+    const double j_x0 = per_k_ * (rolled - (sin_entry_ - sin_theta));
+    const double j_y0 = per_ky_ * rolled * lateral_0_;
     const double strength = cohesion_ + sigma * tan_phi_;
     const double j = j_y == 0 ? std::abs(j_x) : std::sqrt(j_x * j_x + j_y * j_y);
     const double secant = strength * mobilisation_secant(j);
     const double tau_x = secant * j_x;
-    const double tau_0 = strength * mobilisation_secant(j_y == 0 ? std::abs(j_0) : std::sqrt(j_0 * j_0 + j_y * j_y)) * j_0;
+    const double tau_0 = strength * mobilisation_secant(j_y0 == 0 ? std::abs(j_x0) : std::sqrt(j_x0 * j_x0 + j_y0 * j_y0)) * j_x0;
     normal_ += weight * (sigma * cos_theta + tau_x * sin_theta);
     drawbar_ += weight * (tau_x * cos_theta - sigma * sin_theta);
     side_ += weight * secant * j_y;
@@ -184,7 +186,7 @@ class Integrals {
   }
 
   Pressure pressure_;
-  double cohesion_, tan_phi_, radius_, per_k_, per_ky_, travel_, lateral_;
+  double cohesion_, tan_phi_, radius_, per_k_, per_ky_, travel_, lateral_, lateral_0_;
   Angles angles_;
   double sin_entry_, cos_entry_;
   double kink_ = -1;  // [m] above the entry's depth

@@ -37,7 +37,7 @@ struct SoilReaction {
   double drawbar_pull = 0;      // [N] D
   double side_force = 0;        // [N] F_y, magnitude, against the lateral motion
   double torque = 0;            // [N m] T, resists the drive
-  double rolling_torque = 0;    // [N m] T of the same normal stresses at zero slip (kappa = 1)
+  double rolling_torque = 0;    // [N m] T of the same normal stresses at zero slip (kappa = 1), of a wheel that drifts as fast
   double shear_strength = 0;    // [N] r b Int(c + sigma tan phi): bound of T/r and F_y
   double scrub_torque = 0;      // [N m] about the ground's normal, resists turning on the spot; 0 in the base model
   double peak_stress = 0;       // [Pa] normal stress at theta_m

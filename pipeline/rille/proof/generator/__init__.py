@@ -15,20 +15,17 @@ from rille.proof.generator.reading import Reading
 from rille.proof.subject import Subject
 
 
-def simulate(
-    machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading], *, rough: bool = False
-) -> list[NDArray[np.float64]]:
+def simulate(machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading]) -> list[NDArray[np.float64]]:
     """Values (n,) of each reading of a machine that goes through a scenario.
 
-    laws : at work in the machine, beside those that its model has; of the catalogue, or strange ones. rough : a rover in one run with a
-    longer step.
+    laws : at work in the machine, beside those that its model has; of the catalogue, or strange ones.
 
     Raises
     ------
     PhysicsFailed : if the motion cannot be carried to its end.
     """
     if machine.rover.wheels:
-        from rille.proof.generator.ride import STEP, extrapolated_ride, ride
+        from rille.proof.generator.ride import ride
 
-        return ride(machine, scenario, laws, readings, 2 * STEP) if rough else extrapolated_ride(machine, scenario, laws, readings)
+        return ride(machine, scenario, laws, readings)
     return motion(machine, scenario, laws, readings)

@@ -163,6 +163,14 @@ class Mechanism:
         mujoco.mj_integratePos(self._model, made, self.G @ z, step)
         return made
 
+    def normal(self, q: Array) -> Array:
+        """q with a free root's quaternion of length 1."""
+        if not self.is_free:
+            return q
+        made = q.copy()
+        made[3:FREE] /= np.linalg.norm(made[3:FREE])
+        return made
+
     def move(self, q: Array, z: Array) -> None:
         """Kinematics, mass matrix and bias at a state."""
         model, data = self._model, self._data

@@ -6,31 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model import Effect, Scenario
-from rille.model.recording import ANGLES, MOTION_QUANTITIES
 from rille.proof.generator.reading import Reading
 from rille.proof.generator.rover_on_soil import RoverOnSoil
 from rille.proof.generator.rover_readout import Trace, read
 from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
-STEP = 1e-3  # [s]
-
-
-def extrapolated_ride(
-    machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading], step: float = STEP
-) -> list[Array]:
-    """As ``ride``, with motion to second order: what one run is off by is proportional to its step, so that it is twice that of the step,
-    less that of twice the step (Richardson 1911). What steps make (forces, efforts, accelerations) is that of the step.
-    """
-    coarse = ride(machine, scenario, laws, readings, 2 * step)
-    fine = ride(machine, scenario, laws, readings, step)
-    found = []
-    for reading, rough, value in zip(readings, coarse, fine, strict=True):
-        more = value - rough
-        if reading.component in ANGLES:
-            more = (more + np.pi) % (2 * np.pi) - np.pi
-        found.append(value + more if reading.quantity in MOTION_QUANTITIES else value)
-    return found
+STEP = 2e-3  # [s]
 
 
 def ride(machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings: Sequence[Reading], step: float = STEP) -> list[Array]:
@@ -55,7 +37,7 @@ def ride(machine: Subject, scenario: Scenario, laws: Sequence[Effect], readings:
             trace.states.append(rover.state(quantity, target))
         if k == n:
             break
-        rover.step(k * h, h, hold=False)
+        rover.step(k * h, h)
         for (quantity, target), trace in traces.items():
             trace.made.append(rover.made(quantity, target))
     for (quantity, _), trace in traces.items():

@@ -125,3 +125,11 @@ class Drives:
         self._twist = self._twist + np.where(self._loose, step * (motor - speed), 0.0)
         if not hold:
             self._integral = self._integral + np.where(free, step * (target - motor), 0.0)
+
+    def memory(self) -> list[Array]:
+        """What steps go on from: (m,) integrals of speed errors, lagged set values, twists of transmissions."""
+        return [self._integral, self._lagged, self._twist]
+
+    def remember(self, memory: Sequence[Array]) -> None:
+        """Go on from there."""
+        self._integral, self._lagged, self._twist = memory

@@ -73,6 +73,15 @@ class RoverLaws:
         for k, (state, rate) in enumerate(self._ends):
             self._states[k], self._rates[k] = state, rate
 
+    def memory(self) -> list[Array]:
+        """What steps go on from: states of all laws, then their rates."""
+        return [*self._states, *self._rates]
+
+    def remember(self, memory: Sequence[Array]) -> None:
+        """Go on from there."""
+        n = len(self._laws)
+        self._states, self._rates = list(memory[:n]), list(memory[n:])
+
     @property
     def any(self) -> bool:
         """Whether there is any law."""

@@ -120,9 +120,10 @@ def contact_length(contacts: Contacts, table: Array) -> Array:
 
 
 class SoilLaw:
-    """A law that does nothing."""
+    """A law that does nothing. state : (n,) what it remembers, or (0,)."""
 
     reads_ruts = False
+    state: Array = np.empty(0)
 
     def before(self, c: Contacts) -> None:
         """Changes soil or sinkage."""
@@ -147,16 +148,11 @@ def react(laws: Sequence[SoilLaw], contacts: Contacts, tolerance: float = 1e-7) 
     return reaction
 
 
-class _PathMean:
-    """Mean of a quantity over the last contact length, implicit in the path of a step."""
-
-    def __init__(self, n: int) -> None:
-        self.value = np.zeros(n)
-
-    def advance(self, now: Array, c: Contacts, step: float) -> None:
-        length = np.maximum(np.sqrt(2 * c.radius * np.maximum(c.motion[:, SINKAGE], 0)), c.radius / 20)
-        share = step * np.maximum(np.abs(c.rim), np.abs(c.travel)) / length
-        self.value = (self.value + share * now) / (1 + share)
+def _path_mean(mean: Array, now: Array, c: Contacts, step: float) -> Array:
+    """Mean of a quantity over the last contact length after a step [s], implicit in its path."""
+    length = np.maximum(np.sqrt(2 * c.radius * np.maximum(c.motion[:, SINKAGE], 0)), c.radius / 20)
+    share = step * np.maximum(np.abs(c.rim), np.abs(c.travel)) / length
+    return (mean + share * now) / (1 + share)
 
 
 Numbers = Callable[[str], float]
@@ -166,33 +162,33 @@ class SlipSinkage(SoilLaw):
     """n = n_0 + slip_gain |s|. Source: Ding et al. 2015, J. Field Robotics 32, eq. 9."""
 
     def __init__(self, get: Numbers, on: Array) -> None:
-        self.gain, self.slip = get("slip_gain") * on, _PathMean(len(on))
+        self.gain, self.state = get("slip_gain") * on, np.zeros(len(on))
 
     def before(self, c: Contacts) -> None:
-        c.sinkage_exponent = c.sinkage_exponent + self.gain * self.slip.value
+        c.sinkage_exponent = c.sinkage_exponent + self.gain * self.state
 
     def advance(self, c: Contacts, step: float) -> None:
-        self.slip.advance(np.abs(c.motion[:, SLIP]), c, step)
+        self.state = _path_mean(self.state, np.abs(c.motion[:, SLIP]), c, step)
 
     def steady(self, c: Contacts) -> None:
-        self.slip.value = np.abs(c.motion[:, SLIP])
+        self.state = np.abs(c.motion[:, SLIP])
 
 
 class SinkageTransient(SoilLaw):
     """z = z_s + z_k, dz_k/dt = (depth |s| - z_k)/time_constant while the wheel rolls. Source: Yoshida et al. 2003, FSR."""
 
     def __init__(self, get: Numbers, on: Array) -> None:
-        self.depth, self.time_constant, self.dug = get("depth") * on, get("time_constant"), np.zeros(len(on))
+        self.depth, self.time_constant, self.state = get("depth") * on, get("time_constant"), np.zeros(len(on))
 
     def before(self, c: Contacts) -> None:
-        c.motion[:, SINKAGE] -= self.dug
+        c.motion[:, SINKAGE] -= self.state
 
     def advance(self, c: Contacts, step: float) -> None:
         share = np.where(np.abs(c.rim) > ROLLING_SPEED, step / self.time_constant, 0.0)
-        self.dug = (self.dug + share * self.depth * np.abs(c.motion[:, SLIP])) / (1 + share)
+        self.state = (self.state + share * self.depth * np.abs(c.motion[:, SLIP])) / (1 + share)
 
     def steady(self, c: Contacts) -> None:
-        self.dug = self.depth * np.abs(c.motion[:, SLIP])
+        self.state = self.depth * np.abs(c.motion[:, SLIP])
 
 
 class GrouserThrust(SoilLaw):
@@ -293,21 +289,17 @@ class RateDependence(SoilLaw):
     """k x (1 + gain (|r w|/reference_speed)^exponent), at least 0.05. Source: Grahn 1991, J. Terramechanics 28, eq. 3."""
 
     def __init__(self, get: Numbers, on: Array) -> None:
-        self.gain, self.reference, self.exponent, self.speed = (
-            get("gain") * on,
-            get("reference_speed"),
-            get("exponent"),
-            _PathMean(len(on)),
-        )
+        self.gain, self.reference, self.exponent = get("gain") * on, get("reference_speed"), get("exponent")
+        self.state = np.zeros(len(on))
 
     def before(self, c: Contacts) -> None:
-        c.stiffness = c.stiffness * np.maximum(1 + self.gain * (self.speed.value / self.reference) ** self.exponent, 0.05)
+        c.stiffness = c.stiffness * np.maximum(1 + self.gain * (self.state / self.reference) ** self.exponent, 0.05)
 
     def advance(self, c: Contacts, step: float) -> None:
-        self.speed.advance(np.abs(c.rim), c, step)
+        self.state = _path_mean(self.state, np.abs(c.rim), c, step)
 
     def steady(self, c: Contacts) -> None:
-        self.speed.value = np.abs(c.rim)
+        self.state = np.abs(c.rim)
 
 
 class PlateSize(SoilLaw):

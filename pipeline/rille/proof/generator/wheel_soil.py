@@ -29,7 +29,7 @@ RADIUS, WIDTH, MODULUS, EXPONENT, COHESION, TAN_PHI, SHEAR, LATERAL_SHEAR, PEAK,
 # Columns of a table of motions: [m, -, -, -]
 SINKAGE, SLIP, TRAVEL, LATERAL = range(4)
 # Columns of a table of reactions: [N, N, N, N m, N m, rad, rad, rad]. ROLLING_TORQUE: T of the same normal stresses at zero slip (kappa =
-# 1)
+# 1), of a wheel that drifts as fast
 LOAD, PULL, SIDE, TORQUE, ROLLING_TORQUE, ENTRY_ANGLE, PEAK_ANGLE, EXIT_ANGLE = range(8)
 
 _NODES = np.array(
@@ -83,8 +83,9 @@ def _stresses(theta: float, front: float, entry: float, wheel: Array, motion: Ar
     rolled, travelled = entry - theta, np.sin(entry) - sine
     x, x_0 = radius / wheel[SHEAR] * (rolled - motion[TRAVEL] * travelled), radius / wheel[SHEAR] * (rolled - travelled)
     y = radius / wheel[LATERAL_SHEAR] * rolled * motion[LATERAL]
+    y_0 = y / max(motion[TRAVEL], 1.0)
     strength = wheel[COHESION] + sigma * wheel[TAN_PHI]
-    size, size_0 = np.hypot(x, y), np.hypot(x_0, y)
+    size, size_0 = np.hypot(x, y), np.hypot(x_0, y_0)
     per_size = -strength * np.expm1(-size) / size if size > 0.0 else strength
     per_size_0 = -strength * np.expm1(-size_0) / size_0 if size_0 > 0.0 else strength
     out[0] = sigma * cosine + per_size * x * sine
@@ -215,8 +216,8 @@ def sinkages(wheels: Array, motions: Array, loads: Array, deepest: Array, tolera
 def rolling(travel: Array, rim: Array, lateral: Array, floor: float) -> tuple[Array, Array]:
     """Directions of travel (n,), 1 or -1, and motions (n, 4) but for the sinkage, of wheels.
 
-    Slip ratio s = 1 - v/(r w) driven, (r w)/v - 1 braked; kappa = v/(r w). Near rest speeds count as hypot(speed, floor), so that slip
-    vanishes smoothly. travel : v along the heading, rim : r w, lateral : v_y, floor : [m/s].
+    Slip ratio s = 1 - v/(r w) driven, (r w)/v - 1 braked; kappa = v/(r w). Near rest speeds count as the floor, so that slip vanishes with
+    them. travel : v along the heading, rim : r w, lateral : v_y, floor : [m/s].
     """
     most = 1e3  # of the ratios: shear is mobilised fully long before
     direction, motion = np.empty(len(travel)), np.zeros((len(travel), 4))
@@ -224,10 +225,10 @@ def rolling(travel: Array, rim: Array, lateral: Array, floor: float) -> tuple[Ar
         v, u = travel[k], rim[k]
         driven = abs(u) >= abs(v)
         direction[k] = 1.0 if (u if driven else v) >= 0.0 else -1.0
-        speed = np.hypot(max(abs(u), abs(v)), floor)
+        speed = max(abs(u), abs(v), floor)
         s = direction[k] * (u - v) / speed
         kappa = 1.0 - s if driven else 1.0 / max(1.0 + s, 1.0 / most)
         motion[k, SLIP] = min(max(s, -1.0), 1.0)
         motion[k, TRAVEL] = kappa
-        motion[k, LATERAL] = min(abs(lateral[k]) / speed * (1.0 if driven else kappa), most)
+        motion[k, LATERAL] = min(abs(lateral[k]) / speed, most) * (1.0 if driven else kappa)
     return direction, motion

@@ -188,10 +188,13 @@ class Wheels:
         stiffness = (contacts.sinkage_exponent + 0.5) * load / np.maximum(contacts.motion[:, SINKAGE], 1e-5)
         return Push(force=force, slope=slope, stiffness=stiffness, contacts=contacts, reaction=reaction)
 
-    def advance(self, push: Push, footing: Footing, step: float) -> None:
-        """Memories of laws, and ruts, after a step [s]."""
+    def advance(self, push: Push, step: float) -> None:
+        """Memories of laws after a step [s]."""
         for law in self.laws:
             law.advance(push.contacts, step)
+
+    def mark(self, footing: Footing) -> None:
+        """Ruts where wheels stand."""
         if self.ruts is not None:
             for k, place in enumerate(footing.contacts.place):
                 if footing.sinkage[k] > 0:
