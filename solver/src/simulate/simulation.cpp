@@ -548,6 +548,10 @@ Outcome Simulation::settle(const std::function<bool()>& keep_going) {
   steps_ = 0;
   holding_ = false;
   rigid_->forget_touches();
+  if (ruts_) {  // the drop from where it was placed left no rut; the next step marks where each wheel stands
+    ruts_->clear();
+    for (WheelContact& contact : contacts_) contact.forget_mark();
+  }
   if (most > 0 && outcome_ == Outcome::running)
     note(at_rest ? "settled" : "not_settled", "",
          at_rest ? fmt::format("came to rest within {:.3f} s before t = 0", static_cast<double>(taken) * h)

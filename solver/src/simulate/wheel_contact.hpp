@@ -44,6 +44,8 @@ class WheelContact {
 
   const WheelState& state() const { return state_; }
   int body() const { return body_; }
+  // The next step marks the rut, wherever the wheel is.
+  void forget_mark() { marked_at_ = Eigen::Vector2d::Constant(1e30); }
   // The next step takes memories of effects from steady rolling as the wheel moves then: a window that starts in mid-run.
   void assume_steady() { assume_steady_ = true; }
   void visit(Archive& archive) {

@@ -41,6 +41,12 @@ class Ruts {
   // Mean depth [m] along such a line; 0 on untouched soil.
   double depth(const Eigen::Vector2d& center, const Eigen::Vector2d& left, double width) const;
 
+  // Untouched soil again.
+  void clear() {
+    tiles_.clear();
+    last_ = nullptr;
+  }
+
   double posting() const { return posting_; }
   double x_west() const { return x_west_; }
   double y_north() const { return y_north_; }
