@@ -168,17 +168,16 @@ class RoverOnSoil:
 
     def _memory(self) -> list[Array]:
         """All that a step goes on from, but for ruts, which it makes at its end."""
-        return [self.q, self.z, *self.drives.memory(), *self.laws.memory(), *(law.state for law in self.wheels.laws)]
+        return [self.q, self.z, *self.drives.memory(), *self.laws.memory(), *self.wheels.memory()]
 
     def _remember(self, memory: Sequence[Array]) -> None:
         """Go on from there."""
         q, self.z, *rest = memory
         self.q = self.mechanism.normal(q)
-        of_drives, of_laws = len(self.drives.memory()), len(self.laws.memory())
-        self.drives.remember(rest[:of_drives])
-        self.laws.remember(rest[of_drives : of_drives + of_laws])
-        for law, state in zip(self.wheels.laws, rest[of_drives + of_laws :], strict=True):
-            law.state = state
+        for part in (self.drives, self.laws, self.wheels):
+            n = len(part.memory())
+            part.remember(rest[:n])
+            rest = rest[n:]
 
     def _implicit_step(self, time: float, step: float, hold: bool) -> None:
         """Move on from ``time`` by ``step`` [s] to first order. hold : drives stand still."""

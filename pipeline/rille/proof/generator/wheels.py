@@ -193,6 +193,15 @@ class Wheels:
         for law in self.laws:
             law.advance(push.contacts, step)
 
+    def memory(self) -> list[Array]:
+        """What steps go on from, but for ruts: states of all laws."""
+        return [law.state for law in self.laws]
+
+    def remember(self, memory: Sequence[Array]) -> None:
+        """Go on from there."""
+        for law, state in zip(self.laws, memory, strict=True):
+            law.state = state
+
     def mark(self, footing: Footing) -> None:
         """Ruts where wheels stand."""
         if self.ruts is not None:
