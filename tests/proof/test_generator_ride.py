@@ -51,12 +51,12 @@ READINGS = [reading for group in GROUPS.values() for reading in group]
 
 @pytest.fixture(scope="module")
 def solver(tmp_path_factory):
-    """(scenario, effects, readings, step) -> the solver's values, one row per reading; steps of 0.5 ms unless they are given."""
+    """(scenario, effects, readings) -> the solver's values at its step of 0.5 ms, one row per reading."""
     path = tmp_path_factory.mktemp("ride") / "model.db"
     assert MACHINE.terrain is not None
     terrain = MACHINE.terrain
 
-    def run(scenario, effects=(), readings=READINGS, step=5e-4):
+    def run(scenario, effects=(), readings=READINGS):
         path.unlink(missing_ok=True)
         store.create(path)
         store.write_rover(path, MACHINE.rover)
@@ -67,7 +67,7 @@ def solver(tmp_path_factory):
             Wanted(quantity=r.quantity, target=r.target, components=(r.component,) if r.component else (), frame=r.frame, times=r.times)
             for r in readings
         ]
-        taken = record(path, scenario, MACHINE.rover, wanted, step=step)
+        taken = record(path, scenario, MACHINE.rover, wanted, step=5e-4)
         assert taken.status == "done", taken.message
         return np.array([values[:, 0] for values in taken.values])
 
@@ -129,7 +129,7 @@ def test_a_drive_with_nothing_concealed_agrees_with_the_solver(bare, group, most
 def test_what_a_law_on_wheels_changes_agrees_with_the_solver(bare, solver, kind):
     """The change of speeds, sinkage and efforts, at the law's usual size, within 8 % of its own RMS.
 
-    Measured: slip sinkage at most 4.4 %; ripple, 5 waves a second in wheels that spin up, 4.3 %; all others at most 3.1 %.
+    Measured: slip sinkage at most 4.8 %; ripple, 5 waves a second in wheels that spin up, 4.3 %; all others at most 3.1 %.
     """
     effect = typical(kind)
     if kind == "soil_change":
@@ -138,37 +138,6 @@ def test_what_a_law_on_wheels_changes_agrees_with_the_solver(bare, solver, kind)
     ours, theirs = np.array(ride(MACHINE, SCENARIO, (effect,), READINGS)) - bare[0], solver(SCENARIO, (effect,)) - bare[1]
     for group in ("position", "velocity", "sinkage", "effort", "speed"):
         assert rms(part(ours, group) - part(theirs, group)) < 0.08 * rms(part(theirs, group)), group
-
-
-def ramp(name: str, start: float, before: float, after: float) -> list[Command]:
-    """A speed that grows from ``before`` to ``after`` [rad/s] within 0.2 s."""
-    return [Command(drive=name, time=start + 0.02 * k, value=before + (after - before) * k / 10) for k in range(1, 11)]
-
-
-def test_a_rover_that_turns_on_the_spot_from_rest_agrees_with_the_solver(solver):
-    """Wheels that creep while they are dragged aside, until they give way: turned angles within 0.6 mrad of up to 1 rad, at steps of 50 us.
-
-    What soil holds must not depend on the direction in which a wheel creeps by micrometres: where the stresses under it moved with that,
-    a wheel that was held less than before gave way at other instants with other steps, and this came out as 1.2 mrad. Measured: 0.37.
-    """
-    commands = [c for name in WHEELS for c in ramp(name, 0.0, 0.0, 1.6 if "right" in name else -0.64)]
-    readings = of("joint.position", WHEELS, times=np.arange(0.05, 1.0, 0.05))
-    scenario = replace(SCENARIO, duration=1.0, commands=tuple(commands))
-    assert np.abs(np.array(ride(MACHINE, scenario, (), readings)) - solver(scenario, (), readings, 5e-5)).max() < 6e-4
-
-
-def test_a_wheel_that_was_held_gives_way_in_time(solver):
-    """The left front wheel stands while the rover turns around it, then all drive off: at steps of 0.5 ms it is within 0.45 mrad.
-
-    A wheel that breaks loose within a step is held by what shear comes to then, not by the strength of the soil: with that it came late,
-    by 0.6 mrad. Measured: 0.28.
-    """
-    steering = [Command(drive=name, time=0.02, value=0.17 if "front" in name else -0.17) for name in DRIVEN if "steering" in name]
-    wheels = [(name, -1.0 if "right" in name else 0.0) for name in WHEELS]
-    driving = [c for name, before in wheels for c in (*ramp(name, 0.0, 0.0, before), *ramp(name, 0.8, before, 1.3))]
-    readings = of("joint.position", ["wheel_front_left"], times=np.array([1.15]))
-    scenario = replace(SCENARIO, duration=1.2, commands=(*steering, *driving))
-    assert np.abs(np.array(ride(MACHINE, scenario, (), readings)) - solver(scenario, (), readings)).max() < 4.5e-4
 
 
 def test_wheels_in_ruts_agree_with_the_solver(solver):

@@ -15,13 +15,10 @@ namespace rille {
 // continuously. It bounds the creep of a parked rover to a fraction of it: micrometres per minute on a 15 degree slope.
 inline constexpr double kParkingSpeed = 1e-6;
 
-// Below this speed [m/s] of rim and travel the slip ratio, by which the normal stresses shift under the wheel, and all that the normal load
-// depends on is taken against it. The stress integrals describe steady rolling over a whole contact length; a standing wheel that trembles
-// by micrometres does not turn its stresses over, and if it did, its load would jump with each reversal and keep the tremble alive, and soil
-// that holds a wheel would give way with the direction in which the wheel creeps.
+// Below this speed [m/s] the normal load takes the slip against it. The stress integrals describe steady rolling over a whole contact
+// length; a standing wheel that trembles by micrometres does not turn its shear stresses over, and if it did, its load would
+// jump with each reversal and keep the tremble alive.
 inline constexpr double kRollingSpeed = 5e-3;
-
-inline constexpr double kLargestRatio = 1e3;  // beyond it shear is fully mobilised in any soil
 
 struct Slip {
   double direction = 1;      // [-] +1 or -1: travel along t or against it
@@ -34,6 +31,7 @@ struct Slip {
 
 // v: speed of the wheel's centre along t; u = r w: speed of the rim; v_y: lateral speed; floor: smallest reference [m/s].
 inline Slip slip_of(double v, double u, double v_y, double floor = kParkingSpeed) {
+  constexpr double kLargest = 1e3;   // beyond it shear is fully mobilised in any soil
   constexpr double kSmallest = 1e-8; // floor of the ratios, so that force per speed is defined at zero speed
   Slip slip;
   const bool driven = std::abs(u) >= std::abs(v);
@@ -44,16 +42,9 @@ inline Slip slip_of(double v, double u, double v_y, double floor = kParkingSpeed
   slip.sliding_speed = std::abs(ratio) * reference;
   slip.lateral_speed = std::max(std::abs(v_y), kSmallest * reference);
   slip.ratio = std::clamp(ratio, -1.0, 1.0);
-  slip.travel_ratio = driven ? 1 - ratio : (1 + ratio > 1 / kLargestRatio ? 1 / (1 + ratio) : kLargestRatio);
+  slip.travel_ratio = driven ? 1 - ratio : (1 + ratio > 1 / kLargest ? 1 / (1 + ratio) : kLargest);
   // The shear turns with v_y against u - v: where kappa is at its bound, v_y / (r w) is in proportion to it.
-  slip.lateral_ratio = std::min(slip.lateral_speed / reference, kLargestRatio) * (driven ? 1 : slip.travel_ratio);
-  return slip;
-}
-
-// Where a slip goes while the wheel breaks loose: a driven one spins on the spot, a braked one is dragged, neither drifts.
-inline Slip fully_slipped(Slip slip) {
-  slip.travel_ratio = slip.ratio > 0 ? 0 : kLargestRatio;
-  slip.lateral_ratio = 0;
+  slip.lateral_ratio = std::min(slip.lateral_speed / reference, kLargest) * (driven ? 1 : slip.travel_ratio);
   return slip;
 }
 

@@ -76,7 +76,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
   const double v = mechanism.velocity_at(body_, center).dot(ahead);
   const double u = radius * mechanism.angular_velocity(body_).dot(axle);
   const double v_y = mechanism.velocity_at(body_, foot).dot(axle);
-  Slip slip = slip_of(v, u, v_y);
+  const Slip slip = slip_of(v, u, v_y);
 
   const double distance = (center.z() - plane->height) * plane->normal.z() / cos_camber;
   const double sinkage = radius - distance;
@@ -103,17 +103,13 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
   if (sinkage >= radius) return ContactStatus::buried;
   state_.sinkage = sinkage;
   report_slip(slip, v, u, v_y);
-  const Slip rolled = slip_of(v, u, v_y, kRollingSpeed);
-  slip.ratio = rolled.ratio;  // of the stresses' place; shear builds up with the other ratios
-  const Slip away = fully_slipped(slip);
 
   const Soil& soil = terrain_->soils[static_cast<std::size_t>(soil_index)];
-  const bool rolls = std::max(std::abs(v), std::abs(u)) >= kRollingSpeed;
+  const bool rolls = std::max({std::abs(v), std::abs(u), std::abs(v_y)}) >= kRollingSpeed;
   const Eigen::Vector2d place = center.head<2>();
   const Eigen::Vector2d left(-heading.y(), heading.x());
   SoilReaction reaction;
   double load = 0;
-  double most_torque = 0;  // of a slow wheel that gives way
   double local_sinkage = sinkage;
   double exponent = soil.sinkage_exponent;
   double damping = soil.damping;
@@ -122,8 +118,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
       return react(law, soil, {radius, wheel_->width}, {sinkage, motion.ratio, motion.travel_ratio, motion.lateral_ratio});
     };
     reaction = react_to(slip);
-    load = rolls ? reaction.normal_load : react_to(rolled).normal_load;
-    if (!rolls) most_torque = react_to(away).torque;
+    load = rolls ? reaction.normal_load : react_to(slip_of(v, u, v_y, kRollingSpeed)).normal_load;
   } else {
     WheelSite site;
     site.wheel = wheel_;
@@ -150,8 +145,7 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
       site.lateral_ratio = motion.lateral_ratio;
       return react_with(*effects_, law, site);
     };
-    if (!rolls) load = react_to(rolled).normal_load;
-    if (!rolls) most_torque = react_to(away).torque;
+    if (!rolls) load = react_to(slip_of(v, u, v_y, kRollingSpeed)).normal_load;
     reaction = react_to(slip);
     if (rolls) load = reaction.normal_load;
     for (auto& effect : *effects_) effect->advance(site, h);
@@ -180,10 +174,8 @@ ContactStatus WheelContact::open_rows(const Mechanism& mechanism, double time, d
   Row& sliding = open(center, -ahead, radius * axle, h * std::abs(shear) / slip.sliding_speed);
   if (shear * slip.ratio >= 0) {
     // The strength bounds the whole shear S + T_0/r along the travel, of which the row is the part S, with opposite sign.
-    // A slow wheel that gives way speeds up by much within a step: there it is bounded by what shear comes to then.
-    const double most = rolls ? strength : std::min(strength, h * std::abs(most_torque) / radius);
-    sliding.lower = -most + slip.direction * h * rolling;
-    sliding.upper = most + slip.direction * h * rolling;
+    sliding.lower = -strength + slip.direction * h * rolling;
+    sliding.upper = strength + slip.direction * h * rolling;
   } else {
     sliding.lower = sliding.upper = -h * slip.direction * shear;
   }

@@ -29,7 +29,7 @@ from rille.proof.generator.drive_line import line_of
 from rille.proof.generator.mechanism import Mechanism
 from rille.proof.generator.rover_drives import Drives, SetValues
 from rille.proof.generator.rover_laws import RoverLaws
-from rille.proof.generator.wheel_soil import SLIP, rolling
+from rille.proof.generator.wheel_soil import SLIP
 from rille.proof.generator.wheels import NORMAL, ROLLING, RUT, SHEAR, SIDEWAYS, Footing, Push, Wheels
 from rille.proof.subject import Subject
 
@@ -187,6 +187,7 @@ class RoverOnSoil:
         footing = wheels.footing(centers, axles, self._joint_positions(self._wheel_joints))
         rows = self._wheel_rows(footing, centers)
         before = rows @ self.z
+        slow = wheels.slow(before)
         wheels.read_ruts(footing, before[:, RIM], before[:, TRAVEL])
         along = np.stack(
             [rows[:, LIFT], rows[:, RIM] - rows[:, TRAVEL], rows[:, RIM], rows[:, TRAVEL], rows[:, LATERAL], rows[:, SPIN]], axis=1
@@ -199,7 +200,7 @@ class RoverOnSoil:
         k = 0
         while True:
             speeds = rows @ z
-            push = wheels.push(footing, footing.sinkage - 0.5 * step * (before[:, LIFT] + speeds[:, LIFT]), speeds)
+            push = wheels.push(footing, footing.sinkage - 0.5 * step * (before[:, LIFT] + speeds[:, LIFT]), speeds, slow)
             slope = push.slope.copy()
             slope[:, NORMAL] += 0.5 * step * push.stiffness
             effort, chord = self.drives.efforts(target, selection @ z, step, hold)
@@ -268,14 +269,13 @@ class RoverOnSoil:
         force, contacts = self._push.force[k], self._push.contacts
         u, v = contacts.rim[k], contacts.travel[k]
         rolls = max(abs(u), abs(v)) > SLIP_SPEED and self._footing.sinkage[k] > 0
-        _, motion = rolling(np.array([v]), np.array([u]), np.zeros(1), SLIP_SPEED)
         values = {
             "wheel.sinkage": max(self._footing.sinkage[k], 0.0),
             "wheel.normal_load": force[NORMAL],
             "wheel.drawbar_pull": force[RUT] - force[SHEAR],
             "wheel.side_force": force[SIDEWAYS],
             "wheel.drive_torque": -self.wheels.radius[k] * (force[SHEAR] + force[ROLLING]),
-            "wheel.slip_ratio": motion[0, SLIP] if rolls else 0.0,
+            "wheel.slip_ratio": contacts.motion[k, SLIP] if rolls else 0.0,
             "wheel.slip_angle": np.arctan2(self._lateral[k], abs(v)) if rolls else 0.0,
         }
         return np.array([values[quantity]])

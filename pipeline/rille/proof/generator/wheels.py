@@ -27,12 +27,12 @@ from rille.model import Effect, InputRefused, PhysicsFailed
 from rille.proof.generator.ground import Ground, Ruts
 from rille.proof.generator.soil_laws import Contacts, Reaction, contact_length, react, soil_laws
 from rille.proof.generator.wheel_bench import soil_columns
-from rille.proof.generator.wheel_soil import LOAD, PULL, ROLLING_TORQUE, SIDE, SINKAGE, SLIP, TORQUE, rolling
+from rille.proof.generator.wheel_soil import LOAD, PULL, ROLLING_TORQUE, SIDE, SINKAGE, TORQUE, rolling
 from rille.proof.subject import Subject
 
 Array = NDArray[np.float64]
 CREEP = 1e-6  # [m/s] of dry friction and of slip: a parked rover creeps by less
-SLOW = 5e-3  # [m/s] of rim and travel below which slip ratio and load are taken against it: a wheel that trembles turns no stresses over
+SLOW = 5e-3  # [m/s] below which the normal load takes slip against this speed: a wheel that trembles does not turn its shear over
 TRAVEL_SHARE = 0.01  # [-]
 NORMAL, SHEAR, ROLLING, RUT, SIDEWAYS, SCRUB = range(6)
 CELLS_ACROSS = 12  # of a rut, in the narrowest wheel
@@ -149,21 +149,26 @@ class Wheels:
             reach = self.radius[k] * np.sqrt(ratio * (2 - ratio)) + 2 * self.ruts.cell
             footing.contacts.rut_depth[k] = self.ruts.depth(place + reach * heading, left, float(self.width[k]))
 
-    def push(self, footing: Footing, sinkage: Array, speed: Array) -> Push:
-        """Forces at sinkages (n,) [m] and speeds (n, 5): lift, u, v, v_y [m/s], spin [rad/s]."""
+    @staticmethod
+    def slow(speed: Array) -> NDArray[np.bool_]:
+        """Which wheels (n,) hardly roll at speeds (n, 5)."""
+        return np.abs(speed[:, 1:4]).max(axis=1) < SLOW
+
+    def push(self, footing: Footing, sinkage: Array, speed: Array, slow: NDArray[np.bool_]) -> Push:
+        """Forces at sinkages (n,) [m] and speeds (n, 5): lift, u, v, v_y [m/s], spin [rad/s]. slow : (n,), at the beginning of the step."""
         lift, u, v, v_y, spin = speed.T
         direction, motion = rolling(v, u, v_y, CREEP)
-        _, rolled = rolling(v, u, v_y, SLOW)
-        motion[:, SINKAGE] = rolled[:, SINKAGE] = sinkage
-        motion[:, SLIP] = rolled[:, SLIP]
-        contacts, steady = copy(footing.contacts), copy(footing.contacts)  # laws change them
+        motion[:, SINKAGE] = sinkage
+        contacts = copy(footing.contacts)
         contacts.rim, contacts.travel, contacts.direction, contacts.motion = u, v, direction, motion
         reaction = react(self.laws, contacts)
         table = reaction.table
         load = table[:, LOAD]
-        if (np.maximum(np.abs(u), np.abs(v)) < SLOW).any():
-            steady.rim, steady.travel, steady.direction, steady.motion = u, v, direction, rolled
-            load = react(self.laws, steady).table[:, LOAD]
+        if slow.any():
+            still = copy(footing.contacts)
+            still.rim, still.travel, still.direction, still.motion = u, v, *rolling(v, u, v_y, SLOW)
+            still.motion[:, SINKAGE] = sinkage
+            load = np.where(slow, react(self.laws, still).table[:, LOAD], load)
         table[load <= 0] = 0.0
         load = np.maximum(load, 0.0)
 
