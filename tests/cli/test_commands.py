@@ -15,8 +15,14 @@ from pathlib import Path
 import pytest
 
 from command import RILLE, assert_refused, rille
-from rille import store
+from rille import __version__, store
 from rille.model import Command, Scenario
+
+
+def test_the_version_is_a_verb_and_an_option():
+    verb, option = rille("version"), rille("--version")
+    assert (option.returncode, option.stdout, option.stderr) == (0, verb.stdout, verb.stderr)
+    assert verb.stdout.strip() == __version__
 
 
 def test_run_prints_a_table_and_leaves_a_run(model):

@@ -54,6 +54,14 @@ def test_a_row_of_data_is_none(tmp_path, text):
         ("Operator: Smith, John\nt,q,v\n0,1,2\n", 2, ("t", "q", "v")),
         ("t,q\n0,1,\n1,2,\n", 1, ("t", "q")),  # a row of numbers is no header, however its commas are
         ("t\n0\n1\n", 1, ("t",)),
+        ("# rover, run 3\n# t,q,v\n0,1,2\n1,2,3\n", 2, ("t", "q", "v")),  # numpy.savetxt
+        ("# t q v\n0 1 2\n1 2 3\n", 1, ("t", "q", "v")),
+        ("# t,q\ntime,angle\n0,1\n", 2, ("time", "angle")),
+        ("t,q\n\ns,deg\n\n0,1\n", 3, ("t [s]", "q [deg]")),  # blank lines between
+        ("logger\r\rt,q\r0,1\r", 3, ("t", "q")),
+        ('logger\nt,"angle\n[deg]",v\n0,1,2\n1,2,3\n', 3, ("t", "angle [deg]", "v")),  # a line end in a name
+        ('Wheel 6", run 3\n\nt,q,v\n0,1,2\n', 3, ("t", "q", "v")),
+        ("t,q\x85b,v\n0,1,2\n", 1, ("t", "q\x85b", "v")),
     ],
 )
 def test_the_header_stands_below_what_a_logger_says_of_itself(tmp_path, text, skip, columns):

@@ -121,6 +121,14 @@ def test_split_and_where(tmp_path):
     np.testing.assert_array_equal(store.read_recording(tmp_path / "m.db", "drive/a/1").channel("q").value, np.arange(n, 2.0 * n))
 
 
+def test_rows_without_a_label_are_a_recording_called_none(tmp_path):
+    """An empty label ended the name of a recording with a slash."""
+    (tmp_path / "d.csv").write_text("t,run,q\n0,,1\n1,,2\n0,b,3\n1,b,4\n")
+    channels = '[[channel]]\ncolumn = "q"\nquantity = "joint.position"\ntarget = "knee"\nunit = "rad"\n'
+    load(manifest(tmp_path, "d.csv", top='split = ["run"]', channels=channels), tmp_path / "m.db")
+    assert store.recording_names(tmp_path / "m.db") == ("drive/none", "drive/b")
+
+
 def test_one_command_for_two_drives(tmp_path):
     table(tmp_path, {"t": [0.0, 1.0], "u": [1.0, 2.0]})
     channels = '[[channel]]\ncolumn = "u"\nquantity = "joint.velocity"\ntarget = ["fl", "rl"]\nunit = "rad/s"\nrole = "command"\n'

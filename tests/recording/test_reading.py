@@ -74,6 +74,23 @@ def test_csv_comes_back_to_the_bit(tmp_path, delimiter):
     np.testing.assert_array_equal(np.stack([stamps["t"], columns["a"], columns["b"]], axis=1), table)
 
 
+@pytest.mark.parametrize(
+    "header",
+    ["t,q,v\n\ns,deg,m/s\n", 't,"q\n[deg]",v\n', "# t,q,v\n", "words\n# of a logger\n\nt,q,v\n"],
+    ids=["blank", "broken", "comment", "words"],
+)
+@pytest.mark.parametrize("end", ["\n", "\r\n"], ids=["lf", "crlf"])
+def test_rows_begin_where_the_header_ends(tmp_path, header, end):
+    """The first row is neither lost nor taken for a part of the header."""
+    path = tmp_path / "d.csv"
+    path.write_text(header + "0,1,2\n1,2,3\n", newline=end)
+    source = open_source(path)
+    clock, *columns = source.columns
+    stamps, read = gather(source, Wanted(clocks={clock: tuple(columns)}))
+    assert stamps[clock].tolist() == [0, 1]
+    assert [read[name].tolist() for name in columns] == [[1, 2], [2, 3]]
+
+
 def test_a_csv_with_decimal_commas(tmp_path):
     path = tmp_path / "d.csv"
     path.write_text("t;a\n0,0;1,5\n0,1;-2,25\n")

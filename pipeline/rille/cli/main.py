@@ -3,7 +3,7 @@
 import gc
 import os
 import sys
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 import typer.main
@@ -58,6 +58,19 @@ app.add_typer(record.app, name="record")
 app.add_typer(sweep.app, name="sweep")
 app.add_typer(prove.app, name="prove")
 app.add_typer(db.app, name="db")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options_before_the_verb(
+    version: Annotated[bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and exit.")] = False,
+) -> None:
+    """Options of rille itself."""
 
 
 @app.command("version")

@@ -291,7 +291,7 @@ class _Reader:
         found: list[tuple[int, tuple[str, ...], Rows]] = []
         for k in range(groups.shape[1]):
             chosen = rows[which == k]
-            key = tuple("none" if c < 0 else piece.labels[name].known[c] for name, c in zip(split, groups[:, k], strict=True))
+            key = tuple((c >= 0 and piece.labels[name].known[c]) or "none" for name, c in zip(split, groups[:, k], strict=True))
             found.append((int(chosen[0]), key, chosen))
         return [(key, chosen) for _, key, chosen in sorted(found, key=lambda group: group[0])]
 

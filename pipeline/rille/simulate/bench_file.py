@@ -10,7 +10,7 @@ import numpy as np
 
 from rille.model import BenchPoints, InputRefused, nearest_names
 from rille.model.bench import CONDITIONS, RESPONSES
-from rille.model.csv_form import CsvForm, csv_form
+from rille.model.csv_form import LINE_END, CsvForm, csv_form
 from rille.model.quantity import to_si
 
 QUANTITIES = CONDITIONS | RESPONSES
@@ -176,7 +176,7 @@ def _rows(path: Path) -> tuple[list[str], dict[int, dict], str]:
     form = _form(path)
     try:
         with path.open(newline="", encoding="utf-8-sig" if form.encoding == "utf8" else form.encoding) as file:
-            lines = file.read().splitlines()[form.skip :]
+            lines = LINE_END.split(file.read())[form.skip :]
         reader = csv.reader(lines, delimiter=form.delimiter)
         numbered = [(form.skip + reader.line_num, row) for row in reader if row]
         rows = {line: dict(zip(form.columns, row, strict=False)) for line, row in numbered}
