@@ -498,3 +498,27 @@ def test_a_small_mesh_beside_a_large_one_is_a_screw(tmp_path):
     screw = '<visual><geometry><mesh filename="screw.stl"/></geometry></visual>'
     urdf.write_text(UNIT_LINK.format(i=0.008, scale="", collision=UNIT_BOX + screw))
     read_urdf(urdf, note=pytest.fail)
+
+
+SHEET_OF_A_URDF = 'urdf = "r.urdf"\n{}'
+
+
+@pytest.mark.parametrize("key", ['up = "y"', 'tolerance = "1 mm"', 'collision = "box"', 'default_material = "steel"'])
+def test_a_sheet_about_a_urdf_refuses_what_would_do_nothing(tmp_path, key):
+    (tmp_path / "r.urdf").write_text(UNIT_LINK.format(i=0.008, scale="", collision=UNIT_BOX))
+    (tmp_path / "r.toml").write_text(SHEET_OF_A_URDF.format(key))
+    with pytest.raises(InputRefused, match=f"has both `urdf` and `{key.split()[0]}`; leave `{key.split()[0]}` out"):
+        cad.build(tmp_path / "r.toml")
+
+
+def test_the_budget_of_a_urdf_is_held(tmp_path):
+    """A link of 1.2 kg."""
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "cube.stl")
+    (tmp_path / "r.urdf").write_text(UNIT_LINK.format(i=0.008, scale="", collision=UNIT_BOX))
+    said: list[str] = []
+    for mass in (1.2, 1.5):
+        (tmp_path / "r.toml").write_text(SHEET_OF_A_URDF.format(f"[budget]\nmass = {mass}\n"))
+        cad.build(tmp_path / "r.toml", note=said.append)
+    assert len(said) == 1
+    assert "-20 % off its budget of 1.5 kg" in said[0]

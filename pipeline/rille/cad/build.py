@@ -34,8 +34,23 @@ from rille.model.sheet import expand, read_sheet, source_of, validate_sheet
 Say = Callable[[str, float], None]
 Note = Callable[[str], None]
 
-GEOMETRY = ("step", "ignore", "mirror", "part", "place", "mass", "frame", "move", "body", "joint")
-"""Tables that a sheet about a URDF cannot have: its bodies and joints are those of the URDF."""
+GEOMETRY = (
+    "step",
+    "ignore",
+    "mirror",
+    "part",
+    "place",
+    "mass",
+    "frame",
+    "move",
+    "body",
+    "joint",
+    "up",
+    "tolerance",
+    "collision",
+    "default_material",
+)
+"""Keys that a sheet about a URDF cannot have: its bodies, joints, shapes, masses and axes are those of the URDF."""
 
 
 def build(
@@ -94,11 +109,16 @@ def _from_urdf(page: RoverSheet, folder: Path, sources: tuple[Path, ...], say: S
     """A URDF, with what the sheet adds to it."""
     from rille.cad.exchange.urdf_in import read_urdf
 
-    stray = next((name for name in GEOMETRY if getattr(page, name)), None)
+    nothing = RoverSheet()
+    stray = next((name for name in GEOMETRY if getattr(page, name) != getattr(nothing, name)), None)
     if stray is not None:
-        raise InputRefused(f"the sheet has both `urdf` and `{stray}`; leave it out: bodies and joints are those of the URDF")
+        raise InputRefused(
+            f"the sheet has both `urdf` and `{stray}`; leave `{stray}` out: bodies, joints, shapes, masses and axes are those of the URDF"
+        )
     say("reading URDF", 0.0)
     rover = read_urdf(expand(page.urdf or "", folder), note=tell)
+    if page.budget is not None:
+        _hold_budget(rover.bodies, page.budget, tell)
     say("joining", 0.9)
     bodies = [body.name for body in rover.bodies]
     joints = {joint.name: joint for joint in rover.joints}
