@@ -174,6 +174,8 @@ def test_effects_are_listed_shown_added_and_removed(model):
     assert "slip_gain" in rille("effects", "list", model).stdout
     assert "slip_sinkage on *" in rille("db", "info", model).stdout
     deeper = json.loads(rille("run", model, "--duration", "1", "--json").stdout)
+    assert (plain["effects"], [e["kind"] for e in deeper["effects"]]) == ([], ["slip_sinkage"])
+    assert "beyond the base model: slip_sinkage on *" in rille("run", model, "--duration", "0.1").stderr
     assert deeper["summary"]["wheels"][0]["max_sinkage"] > 1.05 * plain["summary"]["wheels"][0]["max_sinkage"]
     assert_refused(rille("effects", "add", model, "slip_sinkage", "--set", "slip_gain=99"), "1.5")
     assert_refused(rille("effects", "add", model, "slip_sinkage", "--set", "slip_gian=0.5"), "slip_gain")

@@ -70,10 +70,22 @@ def test_a_restored_state_goes_on_bit_by_bit(path):
     first = simulation.sample(200, 20, CHANNELS)
     simulation.restore(state)
     assert np.array_equal(first, simulation.sample(200, 20, CHANNELS))
-    with pytest.raises(InputRefused, match="checkpoint"):
-        simulation.restore(state[:-3])
-    with pytest.raises(InputRefused, match="checkpoint"):
-        simulation.restore(b"nonsense")
+
+
+def test_a_state_that_is_refused_leaves_the_one_that_was_there(path):
+    """A state that was cut off half way, restored at another time: what follows is the same bit by bit."""
+    one, two = Simulation(path), Simulation(path)
+    for simulation in (one, two):
+        simulation.settle()
+        simulation.step(300)
+    state = one.save()
+    for simulation in (one, two):
+        simulation.step(150)
+    for damaged in (state[:-3], state[: len(state) // 2], b"nonsense"):
+        with pytest.raises(InputRefused, match="checkpoint"):
+            one.restore(damaged)
+    assert one.save() == two.save()
+    assert np.array_equal(one.sample(200, 20, CHANNELS), two.sample(200, 20, CHANNELS))
 
 
 def test_windows_are_the_same_on_any_number_of_threads_and_equal_single_runs(path):

@@ -95,10 +95,11 @@ def bench(
             lines += some[1 if lines else 0 :]
         csv.write_text("\n".join(lines) + "\n")
     if as_json:
-        print_json({"method": method, "series": [_facts(e, n, r) for e, n, r in series], "figure": figure, "csv": csv})
+        answer = {"method": method, "effects": effect or [], "series": [_facts(e, n, r) for e, n, r in series]}
+        print_json(answer | {"figure": figure, "csv": csv})
     else:
         for earth_name, name, result in series:
-            _print_table(f"{name} on {earth_name}, {method.replace('_', '-')}", result)
+            _print_table(", ".join([f"{name} on {earth_name}", method.replace("_", "-"), *(effect or [])]), result)
     tell_idle(shape, rows, laws, soils)
     if measured is not None:
         tell_columns(measured, column)

@@ -11,6 +11,8 @@ from rille.cli.hooked import hooked_run
 from rille.cli.places import require_place
 from rille.cli.talk import Force, Json, print_json, progress, say
 
+EFFECTS_SHOWN = 6
+
 
 def run(
     database: Annotated[Path, typer.Argument(help="Database with the model.")],
@@ -69,10 +71,11 @@ def run(
             store.remove_scenario(database, name)  # what cannot be run is no scenario of the model
         raise
     trace = store.read_trace(database, result.run_id)
-    summary = view.summary(trace, rover)
+    summary, effects = view.summary(trace, rover), store.read_effects(database)
     if as_json:
         facts = {field: getattr(result, field) for field in result.__dataclass_fields__}
-        print_json({"database": str(database), **facts, "summary": summary.as_dict()})
+        had = [{"kind": e.kind, "target": e.target, "parameters": e.parameters} for e in effects]
+        print_json({"database": str(database), **facts, "effects": had, "summary": summary.as_dict()})
     else:
         for line in summary.lines():
             print(line)
@@ -82,6 +85,10 @@ def run(
             say(f"event at {event.time:.3f} s: {event.message}")
         if len(shown) > 10:
             say(f"and {len(shown) - 10} more events (table event)")
+        if effects:
+            names = list(dict.fromkeys(f"{e.kind} on {e.target}" for e in effects))
+            more = f" and {len(names) - EFFECTS_SHOWN} more (`rille effects list {database}`)" if len(names) > EFFECTS_SHOWN else ""
+            say(f"beyond the base model: {', '.join(names[:EFFECTS_SHOWN])}{more}")
         say(f"run {result.run_id} of scenario '{result.scenario}' is in {database}")
     if len(trace.time) and result.time_reached > trace.time[-1] + 0.5 * trace.step:
         last, end = trace.time[-1], result.time_reached

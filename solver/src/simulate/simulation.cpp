@@ -641,9 +641,13 @@ std::string Simulation::save() {
 }
 
 void Simulation::restore(const std::string& bytes) {
-  Archive archive(bytes);
-  visit(archive);
-  archive.finish();
+  const std::string before = save();
+  try {
+    load(bytes);
+  } catch (const InputRefused&) {
+    load(before);
+    throw;
+  }
   next_command_ = std::min(next_command_, model_->scenario.commands.size());
   next_change_ = std::min(next_change_, model_->scenario.changes.size());
   first_free_step_ = 0;
@@ -651,6 +655,12 @@ void Simulation::restore(const std::string& bytes) {
   message_.clear();
   events_.clear();
   holding_ = false;
+}
+
+void Simulation::load(const std::string& bytes) {
+  Archive archive(bytes);
+  visit(archive);
+  archive.finish();
   const MechanismState state = mechanism_.state();
   const bool whole = state.velocity.allFinite() && state.joint_position.allFinite() && state.base_position.allFinite() &&
                      std::abs(state.base_rotation.norm() - 1) < 1e-6 && steps_ >= 0 && steps_ < 1'000'000'000'000'000;

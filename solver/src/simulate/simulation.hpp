@@ -45,7 +45,7 @@ class Simulation {
 
   // The complete state as bytes; a simulation of the same model that is given them goes on bit by bit as this one would.
   std::string save();
-  // Raises InputRefused for bytes of another model.
+  // Raises InputRefused for bytes of another model, or damaged ones, and leaves the state as it was.
   void restore(const std::string& bytes);
 
   // Motion alone: what a smoother knows. A simulation that is put there starts afresh in everything else: commands up to that time are
@@ -101,6 +101,7 @@ class Simulation {
 
   static Model& prepared(Model& model, Effects& effects);
   void visit(Archive& archive);
+  void load(const std::string& bytes);
   void check_couplings();
   void place();
   // Sets the drives for a step of h [s]: those commanded on the way follow the mean of their command. h = 0: as they are commanded now.
