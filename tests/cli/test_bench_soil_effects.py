@@ -121,8 +121,9 @@ def test_options_that_do_nothing_are_told():
     told = rille("bench", *WHEEL, "--slip", "0.2", "--grousers", "24 x 10 mm", "--law", "reece", "--soil", "lete_sand").stderr
     assert "grouser_thrust" in told
     assert "reece is bekker_wong" in told
-    thrust = rille("bench", *WHEEL, "--slip", "0.2", "--grousers", "24 x 10 mm", "--effect", "grouser_thrust:efficiency=1").stderr
-    assert "do nothing" not in thrust
+    thrust = rille("bench", *WHEEL, "--slip", "0.2", "--grousers", "24 x 10 mm", "--effect", "grouser_thrust:efficiency=1")
+    assert "do nothing" not in thrust.stderr
+    assert thrust.stdout.startswith("bekker_wong on lunar_sourcebook, quasi-static, grouser_thrust:efficiency=1\n")
 
 
 def test_soils_are_listed_and_shown(model):

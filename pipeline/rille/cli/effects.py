@@ -34,7 +34,7 @@ def list_(
     if database is not None:
         effects = store.read_effects(database)
         if as_json:
-            print_json([{"kind": e.kind, "target": e.target, "parameters": e.parameters} for e in effects])
+            print_json([effect.as_dict() for effect in effects])
             return
         for effect in effects:
             print(f"{effect.kind:20s} {effect.target:20s} {', '.join(f'{k} = {v}' for k, v in effect.parameters.items())}")

@@ -215,7 +215,7 @@ def _truth(database: Path, instruments: "Instruments", taken: "Taken", scenario:
     from rille import store
 
     plain = json.loads(json.dumps(asdict(instruments), default=str).replace("-Infinity", "null").replace("Infinity", "null"))
-    effects = [{"kind": e.kind, "target": e.target, "parameters": dict(e.parameters)} for e in store.read_effects(database)]
+    effects = [effect.as_dict() for effect in store.read_effects(database)]
     digest = hashlib.sha256(database.read_bytes()).hexdigest()
     facts = {"database": str(database), "database_sha256": digest, "scenario": scenario, "status": taken.status, "reached": taken.reached}
     return {**facts, "effects": effects, "instruments": plain}

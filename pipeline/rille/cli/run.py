@@ -74,8 +74,7 @@ def run(
     summary, effects = view.summary(trace, rover), store.read_effects(database)
     if as_json:
         facts = {field: getattr(result, field) for field in result.__dataclass_fields__}
-        had = [{"kind": e.kind, "target": e.target, "parameters": e.parameters} for e in effects]
-        print_json({"database": str(database), **facts, "effects": had, "summary": summary.as_dict()})
+        print_json({"database": str(database), **facts, "effects": [effect.as_dict() for effect in effects], "summary": summary.as_dict()})
     else:
         for line in summary.lines():
             print(line)

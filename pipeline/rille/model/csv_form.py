@@ -61,9 +61,9 @@ def csv_form(path: Path) -> CsvForm:
     if first is None:
         raise InputRefused(f"'{path}' holds comments only")
     first = _header(lines, first)
-    above = _commented_header(lines, first)
-    if above is not None:
-        first, lines[above] = above, lines[above].lstrip().lstrip("#%").strip()
+    named = _commented_header(lines, first)
+    if named is not None:
+        first, lines[named[0]] = named
     counts = {delimiter: lines[first].count(delimiter) for delimiter in DELIMITERS}
     delimiter = max(counts, key=lambda d: (counts[d], -DELIMITERS.index(d)))
     if not counts[delimiter] and len(lines) > first + 1 and lines[first].count(" ") == lines[first + 1].count(" "):
@@ -108,14 +108,14 @@ def _whole(lines: Sequence[str], first: int, end: int) -> Iterator[tuple[int, st
         here += more + 1
 
 
-def _commented_header(lines: Sequence[str], first: int) -> int | None:
-    """Place of the comment that names the columns of a table that begins with numbers (as of ``numpy.savetxt``); None if none does."""
+def _commented_header(lines: Sequence[str], first: int) -> tuple[int, str] | None:
+    """Place and names of the comment above a table that begins with numbers (as of ``numpy.savetxt``); None if there is none."""
     above = next((k for k in range(first - 1, -1, -1) if lines[k].strip()), None)
     if above is None or lines[above].lstrip()[0] not in "#%":
         return None
     names = lines[above].lstrip().lstrip("#%").strip()
     alike = (d for d in (*DELIMITERS, " ") if 0 < names.count(d) == lines[first].count(d))
-    return above if any(_numbers(lines[first], d) and not _numbers(names, d) for d in alike) else None
+    return (above, names) if any(_numbers(lines[first], d) and not _numbers(names, d) for d in alike) else None
 
 
 def _numbers(line: str, delimiter: str) -> bool:

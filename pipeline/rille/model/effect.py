@@ -56,3 +56,7 @@ class Effect:
     kind: str
     target: str = "*"
     parameters: Mapping[str, object] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, object]:
+        """Kind, target and parameters as plain values, for JSON."""
+        return {"kind": self.kind, "target": self.target, "parameters": dict(self.parameters)}

@@ -557,7 +557,7 @@ NB_MODULE(_solver, module) {
       .def_prop_ro("gravity", [](const Simulation& s) { return triple(s.model().scenario.gravity); }, "Gravity in W [m/s^2], effects included.")
       .def("save", [](Simulation& s) { const std::string state = s.save(); return nb::bytes(state.data(), state.size()); },
            "The complete state as bytes: a simulation of the same model that restores them goes on bit by bit as this one.")
-      .def("restore", [](Simulation& s, const nb::bytes& state) { s.restore(std::string(state.c_str(), state.size())); }, "state"_a,
+      .def("restore", [](Simulation& s, const nb::bytes& state) { s.restore_or_stay(std::string(state.c_str(), state.size())); }, "state"_a,
            "Take over a saved state. Raises rille.model.InputRefused for a state of another model.")
       .def("motion", [](Simulation& s) { auto row = rille::motion_row(s); const std::size_t n = row.size(); return array(std::move(row), 1, n); },
            "Shape (1, 8 + n_q + n_v): time, root position and quaternion x y z w of its principal frame, joint positions, velocities.")

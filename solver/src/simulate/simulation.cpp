@@ -641,13 +641,7 @@ std::string Simulation::save() {
 }
 
 void Simulation::restore(const std::string& bytes) {
-  const std::string before = save();
-  try {
-    load(bytes);
-  } catch (const InputRefused&) {
-    load(before);
-    throw;
-  }
+  load(bytes);
   next_command_ = std::min(next_command_, model_->scenario.commands.size());
   next_change_ = std::min(next_change_, model_->scenario.changes.size());
   first_free_step_ = 0;
@@ -655,6 +649,16 @@ void Simulation::restore(const std::string& bytes) {
   message_.clear();
   events_.clear();
   holding_ = false;
+}
+
+void Simulation::restore_or_stay(const std::string& bytes) {
+  const std::string before = save();
+  try {
+    restore(bytes);
+  } catch (const InputRefused&) {
+    load(before);
+    throw;
+  }
 }
 
 void Simulation::load(const std::string& bytes) {

@@ -45,8 +45,10 @@ class Simulation {
 
   // The complete state as bytes; a simulation of the same model that is given them goes on bit by bit as this one would.
   std::string save();
-  // Raises InputRefused for bytes of another model, or damaged ones, and leaves the state as it was.
+  // Raises InputRefused for bytes of another model, or damaged ones; the state is then neither.
   void restore(const std::string& bytes);
+  // The same, but a refusal leaves the state as it was, for the price of a save.
+  void restore_or_stay(const std::string& bytes);
 
   // Motion alone: what a smoother knows. A simulation that is put there starts afresh in everything else: commands up to that time are
   // given, integrals and transmissions are at rest, effects begin.
