@@ -14,6 +14,7 @@ from rille.live.server import Show, make_app
 from rille.live.session import Session
 
 HOSTILE = "<img src=x onerror=alert(1)>"
+FASTEST = 20.0  # [rad/s] of the first drive of the cart
 PAGE = "<!doctype html><title>stub</title>"
 
 

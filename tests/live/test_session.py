@@ -9,7 +9,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from live_server import HOSTILE
+from live_server import FASTEST, HOSTILE
 from remembering import TABLES, numbers
 from rille import store
 from rille.model import InputRefused
@@ -346,6 +346,22 @@ def test_a_client_may_ask_while_it_is_told_of_an_event(live):
     wait(lambda: told)
     rover.take()
     assert told[0][0] == "commander_left"
+
+
+def test_a_command_beyond_what_its_drive_can_do_is_told_once(live):
+    rover = live.client()
+    rover.take()
+    name = "wheel_front_left"
+    for value in (FASTEST, 1.2 * FASTEST, 1.3 * FASTEST, 0.5, -1.2 * FASTEST):
+        rover.drive(name, value)
+    rover.drive("wheel_rear_left", 1.2 * FASTEST)  # it has no bound
+
+    def told():
+        return [event["message"] for event in rover.events if event["event"] == "beyond_reach"]
+
+    wait(lambda: len(told()) == 2)
+    assert told()[0] == f"drive '{name}' is commanded 24 rad/s at 0 s, beyond its max_speed, 20 rad/s; it does no more than that"
+    assert "-24 rad/s" in told()[1]
 
 
 def test_time_passes_as_fast_whoever_asks(live):

@@ -63,6 +63,7 @@ def live_stage(database: Path, base: Scenario, rover: Rover, origin: tuple[float
         loaded=lambda saved: opened(store.write_continued(database, saved, STEM), saved),
         discard=lambda name: store.remove_unused(database, name),
         saves=lambda: [state.name for state in store.saved_states(database) if fits(state)],
+        beyond_reach=lambda drive, value, time: simulate.beyond_reach(rover, drive, value, time),
         step=base.step,
         wheels=live.driven_wheels(rover),
         origin=origin,

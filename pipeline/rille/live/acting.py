@@ -49,6 +49,7 @@ class Acting:
         self._rate = 1000.0  # steps per second of real time, as measured
         self._lapses: tuple[float, str] | None = None  # real time at which steering ends, and who steers
         self.scenario, self.run_id, self.time = "", 0, 0.0
+        self._beyond: set[str] = set()  # drives whose last command asked for more than they can
         self.saves: tuple[str, ...] = tuple(stage.saves())
         self.set_values: tuple[float, ...] = ()  # of the drives, as last noted: other threads ask for them
         self.is_open = False
@@ -59,6 +60,7 @@ class Acting:
         """Go on with this run."""
         self.run, self.scenario, self.run_id = opened.run, opened.scenario, opened.run.id
         self._lapses = None
+        self._beyond.clear()
         self.is_open = True
         session = self._session
         session.state, session.message, session.outcome = "ready", "", "running"
@@ -154,6 +156,7 @@ class Acting:
                 self._end("done")
             case Drive(drive=drive, value=value):
                 self.run.command(drive, value)
+                self._tell_of_reach(drive, value)
             case Steer(forward=forward, turn=turn, lasts=lasts):
                 steer(self.run.command, self._stage.wheels, forward, turn)
                 self._lapses = None if lasts is None or not (forward or turn) else (clock.perf_counter() + lasts, request.sender)
@@ -181,6 +184,15 @@ class Acting:
             return why
         self._place = place
         return ""
+
+    def _tell_of_reach(self, drive: str, value: float) -> None:
+        """Tell that a drive cannot follow its command: once, until it has had one that it can."""
+        sentence = self._stage.beyond_reach(drive, value, self.time)
+        if sentence is None:
+            self._beyond.discard(drive)
+        elif drive not in self._beyond:
+            self._beyond.add(drive)
+            self._session.tell("beyond_reach", drive, sentence)
 
     def saved(self, name: str) -> None:
         """A state was kept."""

@@ -44,13 +44,15 @@ class Opened:
 class Stage:
     """fresh : begins a run at a place (x, y [m], heading [rad]; None: as the scenario says). loaded : goes on from a saved state.
     discard : forgets a scenario that was never run. saves : names of saved states. step : [s] of the runs.
-    wheels : for steering. origin : [m] that pictures are less of. objects : index of what can be read and set.
+    beyond_reach : of a drive, a set value and a time, what is said if the drive cannot follow it. wheels : for steering.
+    origin : [m] that pictures are less of. objects : index of what can be read and set.
     """
 
     fresh: Callable[[tuple[float, float, float] | None], Opened]
     loaded: Callable[[str], Opened]
     discard: Callable[[str], None]
     saves: Callable[[], Sequence[str]]
+    beyond_reach: Callable[[str, float, float], str | None]
     step: float
     wheels: tuple[DrivenWheel, ...]
     origin: Vector3

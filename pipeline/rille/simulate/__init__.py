@@ -7,7 +7,7 @@ from rille.simulate.run import RunResult, run
 from rille.simulate.scenario_file import read_scenario_file, surface_gravity
 from rille.simulate.sensitivity import sensitivities
 from rille.simulate.steered import steered_run
-from rille.simulate.unheeded import unheeded
+from rille.simulate.unheeded import beyond_reach, unheeded
 
 __all__ = [
     "BenchResult",
@@ -17,6 +17,7 @@ __all__ = [
     "bench_at",
     "bench_columns",
     "bench_csv_lines",
+    "beyond_reach",
     "effect_rows",
     "read_bench_csv",
     "read_scenario_file",

@@ -43,24 +43,33 @@ def _start_in_vain(rover: Rover, scenario: Scenario) -> Iterator[str]:
 
 def _beyond_reach(rover: Rover, scenario: Scenario) -> Iterator[str]:
     """For each drive that is commanded beyond its speed, its torque, or the range of its joint, the first such command."""
-    limits = {joint.name: joint.limit for joint in rover.joints}
-    units = rover.drive_units
     for drive in rover.drives:
-        bound, what = _bound(drive, limits[drive.joint])
-        if bound is None:
-            continue
-        lower, upper = bound
-        spare = EXACT * max(abs(lower), abs(upper))
         for command in sorted((c for c in scenario.commands if c.drive == drive.name), key=lambda c: c.time):
-            if lower - spare <= command.value <= upper + spare:
-                continue
-            most = upper if command.value > upper else lower
-            unit = units[drive.name]
-            yield (
-                f"drive '{drive.name}' is commanded {command.value:g} {unit} at {command.time:g} s, beyond {what}, {most:g} {unit}; "
-                "it does no more than that"
-            )
-            break
+            if sentence := beyond_reach(rover, drive.name, command.value, command.time):
+                yield sentence
+                break
+
+
+def beyond_reach(rover: Rover, drive: str, value: float, time: float) -> str | None:
+    """What is said of a command that its drive can follow in part only, or None; also of a drive that there is not.
+
+    Parameters
+    ----------
+    value : set value [rad/s, rad or N m; of a prismatic joint m/s, m or N]. time : [s] when it is given.
+    """
+    commanded = next((each for each in rover.drives if each.name == drive), None)
+    if commanded is None:
+        return None
+    limit = next(joint.limit for joint in rover.joints if joint.name == commanded.joint)
+    bound, what = _bound(commanded, limit)
+    if bound is None:
+        return None
+    lower, upper = bound
+    spare = EXACT * max(abs(lower), abs(upper))
+    if lower - spare <= value <= upper + spare:
+        return None
+    most, unit = upper if value > upper else lower, rover.drive_units[drive]
+    return f"drive '{drive}' is commanded {value:g} {unit} at {time:g} s, beyond {what}, {most:g} {unit}; it does no more than that"
 
 
 def _bound(drive: Drive, limit: JointLimit | None) -> tuple[tuple[float, float] | None, str]:
