@@ -48,13 +48,15 @@ def steer(run, seed, strokes=40):
         assert run.advance(int(chance.integers(1, 150)), bool(stroke % 2)) == "running"
 
 
-def test_a_run_of_what_was_steered_gives_the_same_bytes(remembering):
+@pytest.mark.parametrize("outcome", ["done", "interrupted"])
+def test_a_run_of_what_was_steered_gives_the_same_bytes(remembering, outcome):
     path, scenario = remembering
     run = Run(str(path), scenario=scenario, endless=True)
     run.begin()
     steer(run, 1)
     taken, mine = run.simulation.time, run.id
-    run.finish()
+    run.finish(outcome)
+    assert "--resume" not in run.message  # what was endless is repeated, not resumed
     del run
     other = repeat(path, scenario)
     first, second = numbers(path, mine), numbers(path, other)

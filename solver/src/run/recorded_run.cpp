@@ -221,12 +221,15 @@ void RecordedRun::finish(Outcome outcome, const std::string& message) {
   if (std::exchange(ended_, true)) return;
   hear();
   message_ = message.empty() ? simulation_->message() : message;
-  if (outcome == Outcome::interrupted && simulation_->outcome() == Outcome::running) {
+  const bool interrupted = outcome == Outcome::interrupted && simulation_->outcome() == Outcome::running;
+  if (interrupted && !endless_) {
     message_ = fmt::format("interrupted at t = {:.3f} s of {:g} s; the results so far are readable, and --resume goes on from here",
                            simulation_->time(), duration_);
     record(simulation_->steps() % stride_ != 0);
     keep_state();
   } else {
+    if (interrupted)
+      message_ = fmt::format("interrupted at t = {:.3f} s; the results so far are readable, and a run of the scenario repeats them", simulation_->time());
     record(outcome == Outcome::stopped && simulation_->steps() % stride_ != 0);
     recorder_->drop_checkpoint();
   }
