@@ -213,21 +213,25 @@ def test_rows_of_one_time_that_two_rates_share_lose_nothing(tmp_path):
 
 
 def test_turns_are_resampled_between_orientations_not_between_numbers():
-    """An encoder that wraps, and a quaternion whose sign flips: between samples lies the angle between them."""
+    """An encoder that wraps, and two quaternions of one part whose signs flip: between samples lies the angle between them."""
     time = np.arange(0, 2, 0.1)
     angle = 2.5 * time
     sign = np.where(np.arange(len(time)) % 3 == 1, -1.0, 1.0)
     values = {"a": (angle + np.pi) % (2 * np.pi) - np.pi, "w": sign * np.cos(angle / 2), "z": sign * np.sin(angle / 2)}
     values |= {"x": np.zeros(len(time)), "y": np.zeros(len(time))}
     channels = {"a": Channel(name="a", quantity="joint.position", target="j", unit="rad")}
+    values |= {"w2": sign * np.cos(angle), "x2": sign * np.sin(angle), "y2": np.zeros(len(time)), "z2": np.zeros(len(time))}
     for c in "wxyz":
-        channels[c] = Channel(name=c, quantity="part.orientation", target="b", component=c, unit="1")
+        for name in (c, f"{c}2"):
+            channels[name] = Channel(name=name, quantity="part.orientation", target="b", component=c, unit="1")
     step = Correction(kind="resample", reason="one rate", detail={"rate": 40.0})
     grid, found, _ = correct(step, "t", time, values, channels)
     np.testing.assert_allclose(found["a"], 2.5 * grid, atol=1e-12)
     turned = 2 * np.unwrap(np.arctan2(found["z"], found["w"]), period=np.pi)  # q and -q are one orientation
     np.testing.assert_allclose(turned, 2.5 * grid, atol=2e-4)  # a chord of 0.125 rad instead of its arc: 0.125^3 / 48 * 2
     np.testing.assert_allclose(found["w"] ** 2 + found["z"] ** 2, 1, atol=1e-12)
+    other = 2 * np.unwrap(np.arctan2(found["x2"], found["w2"]), period=np.pi)  # about x, twice as fast
+    np.testing.assert_allclose(other, 5 * grid, atol=8e-4)  # 0.25^3 / 48 * 2
 
 
 def test_an_import_that_was_interrupted_goes_on(tmp_path, monkeypatch):

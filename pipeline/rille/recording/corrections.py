@@ -105,13 +105,17 @@ def _resampled(time: Array, values: Values, channels: Mapping[str, Channel], ste
 
 
 def _quaternions(channels: Mapping[str, Channel], values: Values) -> list[tuple[str, ...]]:
-    """Names of the channels w, x, y, z of each recorded quaternion that has all four."""
-    parts: dict[tuple[str, str, str], dict[str, str]] = {}
+    """Names of the channels w, x, y, z of each recorded quaternion that has all four; of two instruments on one part, in their order."""
+    parts: dict[tuple[str, str, str], list[dict[str, str]]] = {}
     for name in values:
         channel = channels[name]
-        if channel.quantity == "part.orientation" and channel.unit == "1":
-            parts.setdefault((channel.target, channel.frame, channel.role), {})[channel.component] = name
-    return [tuple(found[c] for c in "wxyz") for found in parts.values() if set(found) == set("wxyz")]
+        if channel.quantity != "part.orientation" or channel.unit != "1":
+            continue
+        told = parts.setdefault((channel.target, channel.frame, channel.role), [])
+        if all(channel.component in one for one in told):
+            told.append({})
+        next(one for one in told if channel.component not in one)[channel.component] = name
+    return [tuple(one[c] for c in "wxyz") for told in parts.values() for one in told if set(one) == set("wxyz")]
 
 
 def _of_one_sign(quaternions: Sequence[tuple[str, ...]], values: Values) -> Values:
