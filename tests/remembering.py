@@ -14,7 +14,8 @@ DURATION = 120.0  # two seconds of computing: long enough to be stopped three ti
 
 
 def make_remembering(path):
-    """A cart with everything that has a memory: friction, transmission, lag, slosh, digging, ruts, a rock, sensors with delay, a watch."""
+    """A cart with everything that has a memory: friction, transmission, lag, slosh, digging, ruts, a rock, sensors with delay and a
+    fast clock, a watch."""
     rover = cart(5.0, 0.15, 0.165)
     sensors = (
         Sensor(name="accelerometer", quantity="part.linear_acceleration", target="chassis", rate=37.0, frame="body"),
@@ -49,6 +50,7 @@ def make_remembering(path):
         Effect(kind="coulomb_friction", parameters={"torque": 0.2}),
         Effect(kind="command_delay", target="wheel_front_right", parameters={"delay": 0.0123}),
         Effect(kind="delay", target="encoder", parameters={"delay": 0.05}),
+        Effect(kind="clock_skew", target="accelerometer", parameters={"skew": 0.02}),
     )
     store.create(path)
     store.write_rover(path, rover)

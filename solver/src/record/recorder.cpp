@@ -50,7 +50,8 @@ Recorder::Recorder(SQLite::Database& database, const Model& model, std::optional
   run_id_ = database.getLastInsertRowid();
 }
 
-Recorder::Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, std::int64_t resume, double time, bool keep_time)
+Recorder::Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, std::int64_t resume, double time, bool keep_time,
+                   const std::vector<double>& clocks)
     : Recorder(database, model) {
   run_id_ = resume;
   SQLite::Statement logged(database, "SELECT coalesce(max(number), 0) FROM command_log WHERE run_id = ?");
@@ -66,11 +67,17 @@ Recorder::Recorder(SQLite::Database& database, const Model& model, std::optional
     remove.exec();
   }
   // Events and samples of the very moment of the checkpoint were written before it.
-  for (const char* table : {"event", "sensor_sample"}) {
-    SQLite::Statement remove(database, std::string("DELETE FROM ") + table + " WHERE run_id = ? AND time > ?");
-    remove.bind(1, resume);
-    remove.bind(2, time + 0.25 * model.scenario.step);
-    remove.exec();
+  SQLite::Statement events(database, "DELETE FROM event WHERE run_id = ? AND time > ?");
+  events.bind(1, resume);
+  events.bind(2, time + 0.25 * model.scenario.step);
+  events.exec();
+  SQLite::Statement samples(database, "DELETE FROM sensor_sample WHERE run_id = ? AND sensor_id = ? AND time > ?");
+  for (std::size_t s = 0; s < clocks.size(); ++s) {
+    samples.reset();
+    samples.bind(1, resume);
+    samples.bind(2, model.rover.sensors[s].id);
+    samples.bind(3, clocks[s] + 0.25 * model.scenario.step);
+    samples.exec();
   }
   SQLite::Statement outcome(database, "DELETE FROM event WHERE run_id = ? AND kind = 'interrupted'");
   outcome.bind(1, resume);
@@ -238,7 +245,7 @@ void Recorder::add_saved(const std::string& name, long long step, double time, c
   row.exec();
 }
 
-void Recorder::copy(std::int64_t run, double time, double step) {
+void Recorder::copy(std::int64_t run, double time, double step, const std::vector<double>& clocks) {
   begin();
   const std::pair<const char*, const char*> tables[] = {
       {"body_state", "time, body_id, x, y, z, qw, qx, qy, qz, vx, vy, vz, wx, wy, wz"},
@@ -246,7 +253,6 @@ void Recorder::copy(std::int64_t run, double time, double step) {
       {"wheel_state", "time, wheel_id, x, y, z, ground_height, slip_ratio, slip_angle, sinkage, normal_load, drawbar_pull, side_force, drive_torque"},
       {"joint_reaction", "time, joint_id, fx, fy, fz, tx, ty, tz"},
       {"energy_state", "time, kinetic, potential, drive_work, soil_loss, joint_loss, contact_loss, external_work, residual"},
-      {"sensor_sample", "sensor_id, time, component, value"},
       {"event", "time, kind, subject, message"}};
   for (const auto& [table, columns] : tables) {
     SQLite::Statement rows(database_, fmt::format("INSERT INTO {0} (run_id, {1}) SELECT ?, {1} FROM {0} WHERE run_id = ? AND time <= ?{2}", table,
@@ -255,6 +261,16 @@ void Recorder::copy(std::int64_t run, double time, double step) {
     rows.bind(2, run);
     rows.bind(3, time + 0.25 * step);
     rows.exec();
+  }
+  SQLite::Statement samples(database_, "INSERT INTO sensor_sample (run_id, sensor_id, time, component, value) SELECT ?, sensor_id, time, component, "
+                                       "value FROM sensor_sample WHERE run_id = ? AND sensor_id = ? AND time <= ?");
+  for (std::size_t s = 0; s < clocks.size(); ++s) {
+    samples.reset();
+    samples.bind(1, run_id_);
+    samples.bind(2, run);
+    samples.bind(3, model_.rover.sensors[s].id);
+    samples.bind(4, clocks[s] + 0.25 * step);
+    samples.exec();
   }
   time_reached_ = time;
 }

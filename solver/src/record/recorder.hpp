@@ -28,9 +28,10 @@ class Recorder {
  public:
   // Opens a row in table `run` and commits it, with status running, of a run that is to take `duration` [s], or until it is ended.
   // resume: the run that goes on instead; what it holds beyond `time` [s] (and at `time`, unless keep_time) was written after its
-  // checkpoint and is removed.
+  // checkpoint and is removed. clocks: [s] of each sensor at that time, by which its samples are stamped.
   Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, const std::string& solver);
-  Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, std::int64_t resume, double time, bool keep_time);
+  Recorder(SQLite::Database& database, const Model& model, std::optional<double> duration, std::int64_t resume, double time, bool keep_time,
+           const std::vector<double>& clocks);
 
   void add(const Snapshot& snapshot);
   void add(const std::vector<Event>& events);
@@ -44,8 +45,8 @@ class Recorder {
   void set_duration(double duration);  // [s] of the scenario
   // Keeps a state under a name, in place of what had it.
   void add_saved(const std::string& name, long long step, double time, const std::string& world_digest, const std::string& state);
-  // What another run had recorded until `time` [s], as if this one had.
-  void copy(std::int64_t run, double time, double step);
+  // What another run had recorded until `time` [s], its sensors by their clocks until `clocks` [s], as if this one had.
+  void copy(std::int64_t run, double time, double step, const std::vector<double>& clocks);
   // State of the solver after so many steps, in place of the run's last one.
   void add_checkpoint(long long step, const std::string& model_digest, const std::string& state);
   void drop_checkpoint();

@@ -111,12 +111,13 @@ RecordedRun::RecordedRun(const RunOptions& options)
   first_step_ = simulation_->steps();
   if (first_step_ != kept->step || kept->step < 0) throw InputRefused("the checkpoint is damaged; start the run again without --resume");
   if (options.resume) {
-    recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), asked, kept->run_id, simulation_->time(), first_step_ % stride_ == 0);
+    recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), asked, kept->run_id, simulation_->time(), first_step_ % stride_ == 0,
+                                           simulation_->sensor_clocks());
     return;
   }
   simulation_->close_instant();
   recorder_ = std::make_unique<Recorder>(database_, simulation_->model(), asked, "rille-solver " RILLE_VERSION);
-  recorder_->copy(kept->run_id, simulation_->time(), scenario.step);
+  recorder_->copy(kept->run_id, simulation_->time(), scenario.step, simulation_->sensor_clocks());
   recorder_->commit(Outcome::running, "");
 }
 

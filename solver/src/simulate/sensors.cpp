@@ -16,6 +16,16 @@ Sensors::Sensors(const Model& model, const std::vector<SensorEffects>& effects) 
   }
 }
 
+std::vector<double> Sensors::clocks(double time) const {
+  std::vector<double> found;
+  for (const Channel& channel : channels_) {
+    Reading reading{.time = time, .values = {}};
+    for (const auto& effect : *channel.effects) effect->distort(reading, channel.number);
+    found.push_back(reading.time);
+  }
+  return found;
+}
+
 void Sensors::sense(double time, const Readable& from) {
   for (std::size_t s = 0; s < channels_.size(); ++s) {
     Channel& channel = channels_[s];

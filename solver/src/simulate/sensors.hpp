@@ -17,6 +17,8 @@ class Sensors {
   bool empty() const { return channels_.empty(); }
   // Reads what is due at the end of a step (or at t = 0).
   void sense(double time, const Readable& from);
+  // [s] What the clock of each sensor shows at a time.
+  std::vector<double> clocks(double time) const;
   std::vector<SensorSample> take_samples() { return std::exchange(samples_, {}); }
   void visit(Archive& archive) {
     for (Channel& channel : channels_) archive(channel.quantity, channel.number, channel.past);

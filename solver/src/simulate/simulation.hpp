@@ -39,6 +39,7 @@ class Simulation {
   Snapshot snapshot() const;
   std::vector<Event> take_events();
   const std::vector<Event>& events() const { return events_; }  // since they were taken
+  std::vector<double> sensor_clocks() const { return sensors_->clocks(time()); }  // [s], of each sensor, now
   std::vector<SensorSample> take_samples() { return sensors_->take_samples(); }
   const WheelState& wheel_state(std::size_t wheel) const { return contacts_[wheel].state(); }
   const Ruts* ruts() const { return ruts_.get(); }
