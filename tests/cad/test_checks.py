@@ -352,6 +352,16 @@ def test_wheel_off_its_axis():
     assert findings["wheel.unbalanced", "wheel_left"].value == pytest.approx(0.005, abs=1e-5)
 
 
+def test_wheel_beside_itself():
+    """A hinge point at the inside of a hub, and no centre stated."""
+    machine = cart()
+    wheel = next(w for w in machine.wheels if w.name == "wheel_left")
+    x, y, z = wheel.center
+    assert ("wheel.aside", "wheel_left") not in found(with_row(machine, "wheels", "wheel_left", center=(x, y + 0.9 * wheel.width, z)))
+    findings = found(with_row(machine, "wheels", "wheel_left", center=(x, y + 1.2 * wheel.width, z)))
+    assert findings["wheel.aside", "wheel_left"].value == pytest.approx(1.2 * wheel.width, rel=1e-6)
+
+
 def test_wheel_of_another_size():
     both = with_row(with_row(cart(), "wheels", "wheel_left", radius=0.2), "wheels", "wheel_right", radius=0.2)
     assert codes(both) == ["wheel.radius"] * 2  # the diameter

@@ -74,7 +74,12 @@ def rule(text):
             "inertia of part 'base' breaks the triangle inequality: 3 > 1",
         ),
         (rule("mass = 1\ninertia = [1, 1, -1, 0, 0, 0]"), "inertia of part 'base' has the principal moment -1"),
-        (rule("inertia = [1, 1, 1, 0, 0, 0]"), "part 'base' has a stated inertia or centre but no stated mass"),
+        (rule("inertia = [1, 1, 1, 0, 0, 0]"), r"the \[\[part\]\] 'base' has a stated inertia or centre but no stated mass"),
+        (rule(""), r"the \[\[part\]\] 'base' says nothing; give its `material` or its `mass`"),
+        (
+            ('material = "steel"\n[[body]]', 'material = "steel"\n[[part]]\nmatch = "base"\nmass = 1\nmaterial = "steel"\n[[body]]'),
+            r"the material in the \[\[part\]\] 'base' is that of no part: the \[\[part\]\] '\*' stands before it",
+        ),
         (
             ('material = "steel"', 'material = "steal"'),
             "the material 'steal', which is neither on the sheet nor in the library; did you mean 'steel'",

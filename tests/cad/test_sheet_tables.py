@@ -94,6 +94,32 @@ def test_lumped_masses_obey_the_parallel_axis_theorem(build_sheet, side_step):
     np.testing.assert_allclose(loaded.inertia, inertia, atol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ("size = [0.1, 0.1, 0.1]\ninertia = [1, 1, 1, 0, 0, 0]", "mass 'm' has a size and an inertia; give one of them"),
+        ('size = ["-100 mm", 0.1, 0.1]', "size of mass 'm' is -100 x 100 x 100 mm; each length must be above 0"),
+    ],
+)
+def test_a_lumped_mass_is_one_thing(build_sheet, side_step, keys, sentence):
+    with pytest.raises(InputRefused, match=sentence):
+        build_sheet(BASE.format(step=side_step) + AXIS + f'[[mass]]\nname = "m"\nbody = "base"\nmass = 1\nat = [0, 0, 0]\n{keys}\n')
+
+
+def test_a_move_moves_once(build_sheet, side_step):
+    """However many of its patterns name an instance."""
+    move = '[[move]]\nparts = ["arm_left", "arm*"]\nby = [0.1, 0, 0]\n'
+    there = body(build_sheet(BASE.format(step=side_step) + AXIS), "arm_left").properties
+    moved = body(build_sheet(BASE.format(step=side_step) + AXIS + move), "arm_left").properties
+    np.testing.assert_allclose(moved.com - there.com, [0.1, 0, 0], atol=1e-15)
+
+
+def test_a_sensor_of_a_quantity_that_there_is_not_is_refused(build_sheet, side_step):
+    sensor = '[[sensor]]\nname = "s"\nquantity = "joint.positon"\ntarget = "pivot_left"\nrate = "10 Hz"\n'
+    with pytest.raises(InputRefused, match=r"sensor 's' has the quantity 'joint\.positon', which is none known here; did you mean"):
+        build_sheet(BASE.format(step=side_step) + AXIS + sensor)
+
+
 def test_stated_values_of_a_body_override_the_sum_of_its_parts(build_sheet, side_step):
     stated = 'mass = "4 kg"\ncom = [0, 0, "10 mm"]\ninertia = [0.02, 0.03, 0.04, 0, 0, 0.001]\n'
     text = BASE.format(step=side_step).replace('parts = ["base"]\n', f'parts = ["base"]\n{stated}') + AXIS
@@ -160,6 +186,48 @@ def test_twin_joints_move_as_mirror_images_about_axes_that_point_the_same_way(bu
     np.testing.assert_allclose(other.axis, twin, atol=1e-15)
     assert other.limit is not None
     assert (other.limit.lower, other.limit.upper) == pytest.approx(limits)
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "sign"),
+    [
+        ("hinge", [0, 1, 0], 1),  # pitch and pitch
+        ("hinge", [0, 0, 1], -1),  # yaw counts the other way on the other side, pitch does not
+        ("prismatic", [0, 1, 0], -1),
+        ("prismatic", [1, 0, 0], 1),
+    ],
+)
+@pytest.mark.parametrize("shared", [False, True])
+def test_a_gear_of_the_other_side_moves_as_its_mirror_image(build_sheet, side_step, kind, axis, sign, shared):
+    """q_b = ratio q_a, from a pitching joint of the side, or from one in the middle that both sides share."""
+    lever, carried = ("lever", "base") if shared else ("lever_left", "arm_left")
+    text = BASE.format(step=side_step).replace('"hinge"', f'"{kind}"') + f"point = [0.02, 0.05, 0]\naxis = {axis}\n"
+    text += f"""
+    [[body]]
+    name = "{lever}"
+    parts = []
+    [[mass]]
+    name = "{lever}"
+    body = "{lever}"
+    mass = 1
+    at = [0.1, {0.0 if shared else 0.05}, 0]
+    size = [0.1, 0.1, 0.1]
+    [[joint]]
+    name = "turn_{lever}"
+    kind = "hinge"
+    parent = "{carried}"
+    child = "{lever}"
+    point = [0.1, {0.0 if shared else 0.05}, 0]
+    axis = [0, 1, 0]
+    [[gear]]
+    name = "gear_left"
+    joint_a = "turn_{lever}"
+    joint_b = "pivot_left"
+    ratio = 0.5
+    [mirror]
+    """
+    rover = build_sheet(text)
+    assert {g.name: g.ratio for g in rover.gears} == {"gear_left": 0.5, "gear_right": sign * 0.5}
 
 
 def test_parts_are_placed_from_files_and_databases(build_sheet, side_step, tmp_path, monkeypatch):

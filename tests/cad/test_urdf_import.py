@@ -490,6 +490,19 @@ def test_a_mesh_in_another_unit_is_told(tmp_path, edge, scale, collision, words)
         assert re.search(words, about[0]), about[0]
 
 
+def test_what_mimics_a_joint_that_cannot_move_cannot_move(robot):
+    """Position of the follower: multiplier times 0; so along a chain, whatever the order in the file."""
+    told = []
+    body = "".join(link(name) for name in "abcd")
+    body += joint("last", "a", "d", "revolute", more='<mimic joint="next" multiplier="3"/><limit lower="-1" upper="1"/>')
+    body += joint("next", "a", "c", "revolute", more='<mimic joint="lock"/><limit lower="-1" upper="1"/>')
+    body += joint("lock", "a", "b", "revolute", '<limit lower="0" upper="0"/>')
+    rover = read_urdf(robot(body), note=told.append)
+    assert {j.name: j.kind for j in rover.joints} == {"last": "fixed", "next": "fixed", "lock": "fixed"}
+    assert rover.gears == ()
+    assert any("'next' mimics 'lock', which is fixed" in sentence for sentence in told)
+
+
 def test_a_small_mesh_beside_a_large_one_is_a_screw(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "cube.stl")

@@ -194,11 +194,10 @@ def _lump(collector: _Collector, mass: MassSheet) -> None:
 def _move(collector: _Collector, page: RoverSheet) -> None:
     for move in page.move:
         by = triple_of(move.by, "length", "by of a [[move]]")
-        for pattern in move.parts:
-            for index in select(collector.placed, pattern, "a [[move]]"):
-                matrix = collector.placed[index].matrix.copy()
-                matrix[:3, 3] += by
-                collector.placed[index] = replace(collector.placed[index], matrix=matrix)
+        for index in {one for pattern in move.parts for one in select(collector.placed, pattern, "a [[move]]")}:
+            matrix = collector.placed[index].matrix.copy()
+            matrix[:3, 3] += by
+            collector.placed[index] = replace(collector.placed[index], matrix=matrix)
 
 
 def _mirror_instances(collector: _Collector, page: RoverSheet, twins: dict[str, str]) -> None:
@@ -254,11 +253,16 @@ def _lumped(sheet: MassSheet, name: str) -> Placed:
     subject = f"mass '{sheet.name}'"
     mass = positive_mass(sheet.mass, f"mass of {subject}")
     inertia = np.zeros((3, 3))
+    if sheet.inertia is not None and sheet.size is not None:
+        raise InputRefused(f"{subject} has a size and an inertia; give one of them: that of a box follows from its size")
     if sheet.inertia is not None:
         inertia = symmetric_matrix(sheet.inertia, f"inertia of {subject}")
         check_inertia(inertia, subject)
     elif sheet.size is not None:
-        inertia = box_inertia(mass, triple_of(sheet.size, "length", f"size of {subject}"))
+        size = triple_of(sheet.size, "length", f"size of {subject}")
+        if size.min() <= 0:
+            raise InputRefused(f"size of {subject} is {' x '.join(f'{1e3 * s:g}' for s in size)} mm; each length must be above 0")
+        inertia = box_inertia(mass, size)
     properties = MassProperties(mass=mass, com=np.zeros(3), inertia=inertia, mass_provenance="stated", inertia_provenance="stated")
     matrix = np.eye(4)
     matrix[:3, 3] = triple_of(sheet.at, "length", f"at of {subject}")

@@ -1,6 +1,6 @@
 """Sheet + STEP, script or URDF -> Rover."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +8,7 @@ from rille import __version__
 from rille.cad.assign import FindPart, Inventory, gather
 from rille.cad.collision.shapes import body_shapes, wheel_shape
 from rille.cad.component import Component, DrawnPart
+from rille.cad.exchange.urdf_file import is_urdf
 from rille.cad.entries import is_named, positive, unique
 from rille.cad.files.assembly import Assembly, require_solids
 from rille.cad.files.reading import load_assemblies, meshes_of
@@ -80,7 +81,7 @@ def build(
     say = progress or (lambda what, fraction: None)
     tell = note or (lambda sentence: None)
     source = Path(source)
-    if source.suffix.lower() == ".urdf":
+    if is_urdf(source):
         return _from_urdf(RoverSheet(urdf=source.name), source.parent, (source,), say, tell)
     if source.suffix.lower() == ".py":
         return _from_script(source, say, tell, find_part)
@@ -159,6 +160,8 @@ def _assemble(
     inventory = gather(page, twins, folder, read, find_part)
     materials = Materials(page.material, folder)
     used = list({id(p.component): p.component for p, body in zip(inventory.instances, inventory.owner, strict=True) if body}.values())
+    for sentence in _lost_colors(inventory):
+        tell(sentence)
     _check_part_rules(sorted({part.drawn_as for part in used}), page)
     tolerance = positive(page.tolerance, "length", "tolerance of the sheet")
     drawn = [part.prototype for part in used if isinstance(part, DrawnPart)]
@@ -226,11 +229,35 @@ def _new(found: tuple[Material, ...], there: tuple[Material, ...]) -> tuple[Mate
     return tuple(material for material in found if material.name not in names)
 
 
+def _lost_colors(inventory: Inventory) -> Iterator[str]:
+    """Parts whose instances are drawn in several colours: a part has one."""
+    colors: dict[str, dict[str, None]] = {}
+    for instance in inventory.instances:
+        if instance.color is not None:
+            colors.setdefault(instance.component.name, {})[instance.color] = None
+    for name, found in colors.items():
+        if len(found) > 1:
+            yield f"instances of part '{name}' are drawn in {len(found)} colours ({', '.join(found)}); a part has one, the first"
+
+
 def _check_part_rules(names: list[str], page: RoverSheet) -> None:
-    """Every [[part]] must match a prototype in use: a rule that does nothing is a misspelt one."""
-    for rule in page.part:
-        if not any(is_named(name, rule.match) for name in names):
+    """Every [[part]] must match a prototype in use and say something of it that none before says: a rule that does nothing is a mistake."""
+    for place, rule in enumerate(page.part):
+        matched = [name for name in names if is_named(name, rule.match)]
+        if not matched:
             raise InputRefused(f"a [[part]] names the part '{rule.match}', which no body uses; {nearest_names(rule.match, names)}")
+        if rule.mass is None and (rule.inertia is not None or rule.com is not None):
+            raise InputRefused(f"the [[part]] '{rule.match}' has a stated inertia or centre but no stated mass; state its `mass`, too")
+        if rule.mass is None and rule.material is None:
+            raise InputRefused(f"the [[part]] '{rule.match}' says nothing; give its `material` or its `mass`")
+        for key in ("mass", "material"):
+            before = [one for one in page.part[:place] if getattr(one, key) is not None]
+            said = [next((one.match for one in before if is_named(name, one.match)), None) for name in matched]
+            if getattr(rule, key) is not None and None not in said:
+                raise InputRefused(
+                    f"the {key} in the [[part]] '{rule.match}' is that of no part: the [[part]] '{said[0]}' stands before it, and the "
+                    "first that matches counts; put the narrower one first"
+                )
 
 
 def _part(component: Component, page: RoverSheet, materials: Materials, tolerance: float) -> tuple[Part, Material | None]:

@@ -74,6 +74,8 @@ def bounds(shape: Any) -> NDArray[np.float64]:
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
     if box.IsVoid():
+        BRepBndLib.AddOptimal_s(shape, box, True, False)  # faces that are triangles only
+    if box.IsVoid():
         return np.zeros((2, 3))
     low, high = box.CornerMin(), box.CornerMax()
     return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]]) * MM

@@ -29,7 +29,8 @@ def part_properties(part: Component, sheet: RoverSheet, materials: Materials) ->
 
     Precedence: stated mass and inertia > stated mass (the exact inertia of the geometry is rescaled) > density of the
     material that the sheet names > mass of a part that comes from a database > material of the CAD file > default material of the
-    sheet > refusal. A part without solids has no mass unless the sheet states one with its inertia.
+    sheet > refusal; of several [[part]] that match, the first that states it. A part without solids has no mass unless the sheet states
+    one with its inertia.
 
     Raises
     ------
@@ -41,8 +42,6 @@ def part_properties(part: Component, sheet: RoverSheet, materials: Materials) ->
     material = None if name is None else materials.find(name, f"part '{part.name}'")
     if mass_rule is not None:
         return _stated(part, mass_rule), material
-    if any(rule.inertia is not None or rule.com is not None for rule in rules):
-        raise InputRefused(f"part '{part.name}' has a stated inertia or centre but no stated mass; state its mass in the same [[part]]")
     if part.ready is not None and material is None:
         return part.ready.properties, part.material
     if part.volume.n_solids == 0:

@@ -22,6 +22,7 @@ from rille.model import (
     Sensor,
 )
 from rille.model.quantity import to_si
+from rille.model.recording import find_quantity
 from rille.model.rover import Wheel
 
 
@@ -249,7 +250,13 @@ def make_sensors(page: RoverSheet) -> tuple[Sensor, ...]:
     """Sensors; their targets are checked where the model is stored."""
     unique([sensor.name for sensor in page.sensor], "sensor")
     return tuple(
-        Sensor(name=s.name, quantity=s.quantity, target=s.target, rate=positive(s.rate, "Hz", f"rate of sensor '{s.name}'"), frame=s.frame)
+        Sensor(
+            name=s.name,
+            quantity=find_quantity(s.quantity, f"sensor '{s.name}'").name,
+            target=s.target,
+            rate=positive(s.rate, "Hz", f"rate of sensor '{s.name}'"),
+            frame=s.frame,
+        )
         for s in page.sensor
     )
 

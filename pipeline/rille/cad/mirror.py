@@ -23,7 +23,12 @@ def mirrored(page: RoverSheet) -> tuple[RoverSheet, dict[str, dict[str, str]]]:
 
     Points and centres are reflected. Positions of joints keep their meaning: hinges turn like mirror images (an axis is a pseudovector:
     n' = -S n), prismatic joints slide like them (n' = S n); where this axis would point away from the original's, it is turned round
-    and the limits are exchanged, so that the axes of twins point the same way.
+    and the limits are exchanged, so that the axes of twins point the same way. A gear's ratio changes its sign where that is done to one
+    of its joints and not to the other.
+
+    Raises
+    ------
+    InputRefused : for a hinge or slide without a stated axis that is mirrored, or that a mirrored gear takes along.
     """
     if page.mirror is None:
         return page, {table: {} for table in _TABLES}
@@ -45,6 +50,7 @@ def mirrored(page: RoverSheet) -> tuple[RoverSheet, dict[str, dict[str, str]]]:
             made.append(twin)
             twins[table][name] = _name(row)
         tables[table] = [*rows, *made]
+    _turn_ratios(tables, twins["gear"], k)
     rest = page.model_dump(exclude_none=True, exclude=set(_TABLES))
     return RoverSheet.model_validate(rest | tables), twins
 
@@ -99,8 +105,37 @@ def _reflect(table: str, row: dict[str, Any], k: int, offset: float) -> None:
         row["axis"] = reflected(axis, k, 0.0).tolist() if table == "frame" else _twin_axis(axis, k, row).tolist()
 
 
+def _turn_ratios(tables: dict[str, list[dict[str, Any]]], twins: dict[str, str], k: int) -> None:
+    """Gears of twins, q_b = ratio q_a: the mirror image of a motion is counted backwards by joints whose sense is -1."""
+    joints = {row["name"]: row for row in tables["joint"]}
+    gears = {row["name"]: row for row in tables["gear"]}
+    for name, original in twins.items():
+        row, first = gears[name], gears[original]
+        senses = [_sense(joints.get(first[key]), joints.get(row[key]), k, name) for key in ("joint_a", "joint_b")]
+        if senses[0] != senses[1]:
+            row["ratio"] = -to_si(row["ratio"], "dimensionless", f"ratio of gear '{name}'")
+
+
+def _sense(joint: dict[str, Any] | None, twin: dict[str, Any] | None, k: int, gear: str) -> int:
+    """+1 if the twin's position is the joint's in the mirror image of a motion, -1 if it is less that. joint, twin : may be one."""
+    if joint is None or twin is None:
+        return 1  # refused when the gear is made
+    axes = []
+    for row in (joint, twin):
+        if "axis" not in row:
+            raise InputRefused(
+                f"gear '{gear}' of the mirrored side takes joint '{row['name']}' along, which has no `axis`; give it beside `at`"
+            )
+        axes.append(np.array([to_si(v, "dimensionless", f"axis of '{row['name']}'") for v in row["axis"]]))
+    return 1 if _image_of_axis(axes[0], k, joint["kind"]) @ axes[1] >= 0 else -1
+
+
+def _image_of_axis(axis: NDArray[np.float64], k: int, kind: str) -> NDArray[np.float64]:
+    return reflected(axis, k, 0.0) * (1 if kind == "prismatic" else -1)
+
+
 def _twin_axis(axis: NDArray[np.float64], k: int, row: dict[str, Any]) -> NDArray[np.float64]:
-    image = reflected(axis, k, 0.0) * (1 if row["kind"] == "prismatic" else -1)
+    image = _image_of_axis(axis, k, row["kind"])
     if image @ axis >= 0:
         return image
     low, high = row.pop("upper", None), row.pop("lower", None)

@@ -53,6 +53,7 @@ def new(
     Example: rille cad new rover.step -o rover.toml --picture rover.png
     """
     from rille import cad
+    from rille.cad.exchange.urdf_file import is_urdf
     from rille.cad.suggestion.draft import draft_sheet
     from rille.cad.suggestion.suggest import suggest
     from rille.model import InputRefused
@@ -62,7 +63,11 @@ def new(
         raise InputRefused(f"the sheet '{sheet}' exists; give another name with -o, or --force to write over it")
     require_png(picture)
     require_place(sheet, picture, reads=[file])
-    if file.suffix.lower() == ".urdf":
+    if is_urdf(file):
+        if picture is not None:
+            raise InputRefused(
+                "--picture is of what was found in a STEP file or a script; build the URDF, then `rille cad preview` draws it"
+            )
         _new_for_urdf(file, sheet, as_json)
         return
     with progress(f"drafting {sheet.name}") as update:

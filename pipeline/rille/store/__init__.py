@@ -22,7 +22,7 @@ from rille.store.recordings import (
 )
 from rille.store.results import RunRow, list_runs, read_reactions, read_ruts, read_samples, read_trace
 from rille.store.rover import read_rover, write_rover
-from rille.store.scenario import read_scenario, remove_scenario, scenario_names, write_scenario
+from rille.store.scenario import read_scenario, remove_scenario, resumable_scenarios, scenario_names, write_scenario
 from rille.store.steering import LoggedCommand, SavedState, read_command_log, remove_unused, saved_states, write_continued, write_steered
 from rille.store.study import (
     add_results,
@@ -93,6 +93,7 @@ __all__ = [
     "remove_scenario",
     "remove_study",
     "remove_unused",
+    "resumable_scenarios",
     "saved_states",
     "scenario_names",
     "schema_version",

@@ -30,6 +30,7 @@ from rille.model import (
     Wheel,
     nearest_names,
 )
+from rille.model.recording import find_quantity
 from rille.store.database import insert, reading, update, writing
 from rille.store.effects import effect_rows, insert_effect
 from rille.store.forget import forget_scenarios
@@ -350,8 +351,8 @@ class _Writer:
         }
         for sensor in self.rover.sensors:
             subject = f"sensor '{sensor.name}'"
-            names = targets.get(sensor.quantity.partition(".")[0])
-            if names is not None and sensor.target not in names:
+            names = targets[find_quantity(sensor.quantity, subject).name.partition(".")[0]]
+            if sensor.target not in names:
                 raise InputRefused(
                     f"{subject} reads '{sensor.target}', which the rover does not have; {nearest_names(sensor.target, names)}"
                 )

@@ -133,6 +133,16 @@ def _write(connection: sqlite3.Connection, scenario: Scenario) -> None:
         insert(connection, "command", f"the command of drive '{command.drive}' at {command.time} s in {subject}", row)
 
 
+def resumable_scenarios(path: Path) -> tuple[str, ...]:
+    """Names of scenarios with a run that was interrupted and can go on, in the order of the database."""
+    with reading(path) as connection:
+        rows = connection.execute(
+            "SELECT name FROM scenario WHERE id IN (SELECT scenario_id FROM run JOIN checkpoint ON run_id = run.id "
+            "WHERE status IN ('interrupted', 'running')) ORDER BY id"
+        )
+        return tuple(row["name"] for row in rows)
+
+
 def read_scenario(path: Path, name: str | None = None) -> Scenario:
     """Read a scenario; without a name, the only one.
 

@@ -72,6 +72,7 @@ CODES: dict[str, str] = {
     "wheel.center": "centre of a wheel is not on its hinge's axis",
     "wheel.eccentric": "middle of the wheel's geometry is off the hinge's axis by more than 2 % of the radius",
     "wheel.unbalanced": "centre of mass of the wheel is off the hinge's axis by more than 2 % of the radius",
+    "wheel.aside": "centre of mass of the wheel is farther along its axis from its centre than it is wide",
     "wheel.radius": "radius with grousers differs from the outermost point of the geometry by more than 5 %",
     "wheel.width": "width exceeds the geometry by more than 5 %",
     "wheel.steering_offset": "steering axis misses the wheel's centre by more than 1 % of the radius",

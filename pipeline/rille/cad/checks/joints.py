@@ -170,6 +170,18 @@ def check_wheels(rover: Rover, shapes: Mapping[str, BodyShape]) -> Iterator[Find
                 "radius); "
                 f"correct the point of joint '{joint.name}', or the parts of body '{joint.child}'",
             )
+        aside = abs(float(axis @ (np.asarray(bodies[joint.child].properties.com, float) - np.array(wheel.center))))
+        if aside > wheel.width:
+            yield _finding(
+                "wheel.aside",
+                "warning",
+                wheel.name,
+                aside,
+                wheel.width,
+                "m",
+                f"centre of wheel '{wheel.name}' is {aside * 1e3:.4g} mm along its axis from the centre of mass of body '{joint.child}' "
+                f"(allowed {wheel.width * 1e3:.3g} mm: its width); correct the wheel's `center`",
+            )
         if shapes[joint.child].pieces:
             yield from _wheel_shape(wheel, joint, axis, shapes[joint.child])
         yield from _steering(wheel, joint, axis, linkage)

@@ -20,7 +20,7 @@ AXIS_ANGLE = np.deg2rad(0.1)
 
 _SIDES = [("left", "right"), ("lh", "rh"), ("l", "r"), ("fl", "fr"), ("ml", "mr"), ("rl", "rr"), ("bl", "br"), ("port", "starboard")]
 _OTHER = {a: b for pair in _SIDES for a, b in (pair, pair[::-1])}
-_WORD = re.compile(r"(?<![A-Za-z])(?i:" + "|".join(sorted(_OTHER, key=len, reverse=True)) + r")(?![A-Za-z])|(?:Left|Right)(?![a-z])")
+_WORD = re.compile(r"(?<![^\W\d_])(?i:" + "|".join(sorted(_OTHER, key=len, reverse=True)) + r")(?![^\W\d_])|(?:Left|Right)(?![a-z])")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

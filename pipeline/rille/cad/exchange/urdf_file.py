@@ -23,6 +23,18 @@ MODES: dict[str, Mode] = {"velocity": "speed", "effort": "torque", "position": "
 KNOWN = {"link", "joint", "material", "transmission", "ros2_control", "mujoco"}  # the last: options of a compiler
 
 
+def is_urdf(path: Path) -> bool:
+    """Whether a file is a URDF: by its suffix, or XML that has a <robot> near its beginning."""
+    if path.suffix.lower() == ".urdf":
+        return True
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096).lstrip(b"\xef\xbb\xbf \t\r\n")
+    except OSError:
+        return False  # who reads it says why not
+    return head.startswith(b"<") and b"<robot" in head
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Geometry:
     """size : box: full lengths; sphere: (radius,); cylinder: (radius, length) [m]. file, scale : mesh only."""

@@ -88,6 +88,7 @@ class _Reader:
         self.meshes: dict[tuple[str, tuple[float, float, float]], tuple[Piece, ...]] = {}
         self.parts: dict[tuple[Geometry, int, str], Part] = {}
         self.part_names = Names()
+        self.stuck = self._stuck()
 
     def rover(self) -> Rover:
         bodies = tuple(self._body(top, link) for top, link in self.heavy.items() if link is not None)
@@ -241,6 +242,9 @@ class _Reader:
                 )
             self.note(f"both limits of joint '{joint.name}' are 0, so it is fixed")
             kind, limit = "fixed", None
+        elif joint.name in self.stuck and joint.mimic is not None:
+            self.note(f"joint '{joint.name}' mimics '{joint.mimic[0]}', which is fixed, so it is fixed, too")
+            kind, limit = "fixed", None
         return Joint(
             name=joint.name,
             kind=kind,
@@ -250,6 +254,13 @@ class _Reader:
             axis=(a, b, c),
             limit=None if limit is None else JointLimit(lower=limit[0], upper=limit[1]),
         )
+
+    def _stuck(self) -> frozenset[str]:
+        """Joints that cannot move: fixed, with both limits 0, or mimicking one that cannot."""
+        found = {joint.name for joint in self.file.joints if joint.kind == "fixed" or joint.limit == (0.0, 0.0)}
+        while more := {j.name for j in self.file.joints if j.mimic is not None and j.mimic[0] in found} - found:
+            found |= more
+        return frozenset(found)
 
     def _check_roots(self, bodies: tuple[Body, ...], joints: tuple[Joint, ...]) -> None:
         carried = {joint.child for joint in joints}

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import IO, Any
 
 from rille.cad.files import cache
-from rille.cad.files.read_process import patience
+from rille.cad.files.limits import patience
 from rille.model import InputRefused
 
 START = 120.0  # [s] that a child may take until it first says how long it needs; times the patience

@@ -29,6 +29,10 @@ def check_step_file(path: Path) -> None:
             head = file.read(4096)
     except OSError as error:
         raise InputRefused(f"the STEP file '{path}' cannot be opened ({error.strerror}); correct its permissions") from error
+    if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        raise InputRefused(
+            f"'{path}' is XML, not a STEP file; of a URDF, `rille cad new {path}` drafts a sheet and `rille cad build` builds it"
+        )
     if b"ISO-10303-21" not in head:
         raise InputRefused(f"'{path}' is not a STEP file: it does not begin with ISO-10303-21")
 
