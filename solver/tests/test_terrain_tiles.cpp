@@ -91,11 +91,18 @@ TEST_CASE("tiles that do not fit are refused") {
   }
 }
 
-TEST_CASE("a checkpoint belongs to the heights, not to what is derived from them") {
+TEST_CASE("a checkpoint belongs to the heights of its scenario, not to what is derived from them or to what others have") {
   Database database = ground();
-  const std::string before = model_digest(database);
+  database.exec("INSERT INTO scenario (id, name, terrain_id, gravity_z, duration, step, output_interval, placement) "
+                "VALUES (1, 's', 1, -9.81, 1, 0.001, 0.01, 'on_terrain')");
+  const std::string before = model_digest(database, 1);
   put_tile<double>(database, "height", 1, 0, 0, 2, 3, "float64", {0, 2, 4, 20, 22, 24});
-  CHECK(model_digest(database) == before);
+  CHECK(model_digest(database, 1) == before);
+  database.exec("INSERT INTO terrain (id, name, soil_id, n_rows, n_cols, posting_x, posting_y, x_west, y_north) "
+                "VALUES (2, 'other', 1, 3, 5, 0.5, 0.25, -1, 2)");
+  database.exec("INSERT INTO scenario (id, name, terrain_id, gravity_z, duration, step, output_interval, placement) "
+                "VALUES (2, 'other', 2, -9.81, 1, 0.001, 0.01, 'on_terrain')");
+  CHECK(model_digest(database, 1) == before);
   database.exec("UPDATE terrain_tile SET data = zeroblob(length(data)) WHERE level = 0 AND col0 = 3");
-  CHECK(model_digest(database) != before);
+  CHECK(model_digest(database, 1) != before);
 }

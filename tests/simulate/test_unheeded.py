@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from machines import cart, chain
-from rille.model import Command, JointLimit, Pose, Scenario, StateChange
+from rille.model import Command, InitialJointState, JointLimit, Pose, Scenario, StateChange
 from rille.simulate import unheeded
 
 NAME = "wheel_front_left"
@@ -52,6 +52,38 @@ def test_what_comes_after_the_end():
     commanded, changed = unheeded(rover, replace(asked, commands=late, changes=(change,)))
     assert commanded.startswith(f"2 commands come after the end of scenario 's' at 5 s, the first of drive '{NAME}' at 6 s")
     assert changed.startswith(f"1 change comes after the end of scenario 's' at 5 s, the first of '{NAME}' at 9 s")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"start_velocity": (0.1, 0.0, 0.0)}, None),  # in free space it has it
+        (
+            {"start_velocity": (0.1, 0.0, 0.0), "settle_time": 1.0},
+            "the velocity of the start of scenario 's' is lost, as the model comes to rest",
+        ),
+        (
+            {"start_angular_velocity": (0.0, 0.0, 1.0), "placement": "on_terrain", "terrain": "plane"},
+            "the velocity of the start of scenario 's' is lost, as the model is set down on its terrain",
+        ),
+        ({"initial_states": (InitialJointState(joint=NAME, velocity=2.0),)}, None),
+        (
+            {"initial_states": (InitialJointState(joint=NAME, velocity=2.0),), "settle_time": 1.0},
+            f"the velocity of joint '{NAME}' in [[initial_state]] is lost",
+        ),
+    ],
+)
+def test_velocities_that_are_gone_when_it_begins(changes, words):
+    found = unheeded(machine(), replace(scenario(), **changes))
+    assert len(found) == (words is not None)
+    assert all(words in sentence and "[[state_change]] at time 0" in sentence for sentence in found)
+
+
+def test_times_that_are_no_whole_number_of_steps():
+    assert unheeded(machine(), replace(scenario(), duration=0.3, step=0.1, output_interval=0.1)) == ()  # 0.3 / 0.1 is 2.9999999999999996
+    ends, stored = unheeded(machine(), replace(scenario(), duration=0.1, step=0.03, output_interval=0.04))
+    assert ends == "duration is 0.1 s, no whole number of steps of 0.03 s; the run ends at 0.09 s"
+    assert stored == "output_interval is 0.04 s, no whole number of steps of 0.03 s; states are stored every 0.03 s"
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,11 @@ import sqlite3
 import subprocess
 import time
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
+from command import rille
 from remembering import TABLES, make_remembering, numbers
 from rille import store
 from rille.simulate.run import find_solver
@@ -95,6 +97,19 @@ def interrupted(path, *options):
     output, _ = process.communicate(timeout=120)
     assert process.returncode == 130
     return json.loads(output)
+
+
+def test_what_others_are_given_does_not_keep_a_run_from_going_on(tmp_path):
+    """Another ground and another scenario: the run depends on neither, and --resume means the scenario that was interrupted."""
+    path = make_remembering(tmp_path / "model.db")
+    interrupted(path)
+    ground, asked = store.read_terrain(path, "plane"), store.read_scenario(path)
+    store.write_terrain(path, replace(ground, name="other"))
+    store.write_scenario(path, replace(asked, name="other", terrain="other", duration=0.01))
+    assert store.resumable_scenarios(path) == (asked.name,)
+    done = rille("run", path, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert store.resumable_scenarios(path) == ()
 
 
 def test_what_goes_on_takes_as_long_as_was_asked_for(tmp_path):

@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -46,13 +47,17 @@ def run(
         raise InputRefused("what hooks remember is not kept, so --hooks goes neither with --checkpoint nor with --resume; leave one out")
     if out is not None:
         database = _copied(database, out)
+    if resume and scenario is None:
+        scenario = _to_resume(database)
     name, rover, new = scenario, store.read_rover(database), False
     if scenario is not None and scenario.endswith(".toml"):
         sheet = simulate.read_scenario_file(Path(scenario), rover)
         new = sheet.name not in store.scenario_names(database)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
-    for sentence in simulate.unheeded(rover, store.read_scenario(database, name)) if hooks is None else ():
+    asked = store.read_scenario(database, name)
+    asked = replace(asked, step=asked.step if step is None else step, duration=asked.duration if duration is None else duration)
+    for sentence in simulate.unheeded(rover, asked) if hooks is None and not resume else ():
         say(f"warning: {sentence}")  # of hooks, what they command is known when they have run
     try:
         with progress("simulating") as update:
@@ -98,6 +103,17 @@ def run(
     if result.status == "stopped":
         return 0
     return 130 if result.status == "interrupted" else 4
+
+
+def _to_resume(database: Path) -> str | None:
+    """The scenario whose run was interrupted, if that is one."""
+    from rille import store
+    from rille.model import InputRefused
+
+    waiting = store.resumable_scenarios(database)
+    if len(waiting) > 1:
+        raise InputRefused(f"runs of the scenarios {', '.join(map(repr, waiting))} were interrupted; name one with --scenario")
+    return waiting[0] if waiting else None
 
 
 def _figures(value: float) -> str:

@@ -5,15 +5,22 @@ from collections.abc import Iterator
 from rille.model import Drive, JointLimit, Pose, Rover, Scenario
 
 EXACT = 1e-9  # share of a bound by which the numbers of files miss it
+ROUNDED = 1e-6  # share of a time by which whole steps may miss it, unsaid
 
 
 def unheeded(rover: Rover, scenario: Scenario) -> tuple[str, ...]:
     """What is asked in vain, a sentence each: commands beyond what a drive can do, what comes after the end, the start of a machine that
-    the world holds.
+    the world holds, velocities that are gone when it begins, times that are no whole number of steps.
 
     The solver keeps commanded speeds within ``max_speed`` and efforts within ``max_torque``; a joint ends at its stops.
     """
-    return (*_beyond_reach(rover, scenario), *_after_the_end(scenario), *_start_in_vain(rover, scenario))
+    return (
+        *_beyond_reach(rover, scenario),
+        *_after_the_end(scenario),
+        *_start_in_vain(rover, scenario),
+        *_velocity_in_vain(rover, scenario),
+        *_rounded(scenario),
+    )
 
 
 def _after_the_end(scenario: Scenario) -> Iterator[str]:
@@ -39,6 +46,30 @@ def _start_in_vain(rover: Rover, scenario: Scenario) -> Iterator[str]:
             f"joint '{held.name}' hangs '{held.child}' on the world, so the start of scenario '{scenario.name}' (position, heading, "
             "velocity) moves nothing; where joints start is said by its [[initial_state]]"
         )
+
+
+def _velocity_in_vain(rover: Rover, scenario: Scenario) -> Iterator[str]:
+    """A velocity at the start of what is set down on its terrain, or comes to rest first."""
+    rests = "comes to rest before t = 0 (settle_time)" if scenario.settle_time > 0 else None
+    why = rests or ("is set down on its terrain" if scenario.placement == "on_terrain" else None)
+    free = all(joint.parent is not None for joint in rover.joints)
+    if why is not None and free and (any(scenario.start_velocity) or any(scenario.start_angular_velocity)):
+        lost = f"the velocity of the start of scenario '{scenario.name}' is lost"
+        yield f"{lost}, as the model {why}; give it in a [[state_change]] at time 0"
+    spun = next((state.joint for state in scenario.initial_states if state.velocity), None)
+    if rests is not None and spun is not None:
+        yield f"the velocity of joint '{spun}' in [[initial_state]] is lost, as the model {rests}; give it in a [[state_change]] at time 0"
+
+
+def _rounded(scenario: Scenario) -> Iterator[str]:
+    """Times of which the nearest whole number of steps is taken."""
+    for what, time, done in (
+        ("duration", scenario.duration, "the run ends at"),
+        ("output_interval", max(scenario.output_interval, scenario.step), "states are stored every"),
+    ):
+        steps = max(1, round(time / scenario.step))
+        if abs(steps * scenario.step - time) > ROUNDED * time:
+            yield f"{what} is {time:g} s, no whole number of steps of {scenario.step:g} s; {done} {steps * scenario.step:g} s"
 
 
 def _beyond_reach(rover: Rover, scenario: Scenario) -> Iterator[str]:

@@ -71,7 +71,7 @@ Kept find_saved(SQLite::Database& database, const std::string& name, const std::
 RecordedRun::RecordedRun(const RunOptions& options)
     : database_(open_database(options.database)), endless_(options.endless), checkpoint_(options.checkpoint), last_checkpoint_(std::chrono::steady_clock::now()) {
   Model model = load_model(database_, options.scenario);
-  digest_ = model_digest(database_);
+  digest_ = model_digest(database_, model.scenario.id);
   world_ = world_digest(database_, model.scenario.id);
   std::optional<Kept> kept;
   if (options.resume) kept = find_checkpoint(database_, model.scenario, digest_);
@@ -143,7 +143,7 @@ void RecordedRun::record(bool with_snapshot) {
 }
 
 void RecordedRun::keep_state() {
-  if (std::exchange(steered_, false)) digest_ = model_digest(database_);
+  if (std::exchange(steered_, false)) digest_ = model_digest(database_, simulation_->model().scenario.id);
   recorder_->add_checkpoint(simulation_->steps(), digest_, simulation_->save());
   last_checkpoint_ = std::chrono::steady_clock::now();
 }

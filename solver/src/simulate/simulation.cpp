@@ -419,11 +419,14 @@ Outcome Simulation::advance(bool hold, bool report) {
                   fmt::format("{} wheel '{}' left terrain '{}' or reached a missing height at x = {:.2f} m, y = {:.2f} m; use a larger "
                               "terrain or a shorter drive",
                               when(), rover.wheels[w].name, model_->terrain->name, state.center.x(), state.center.y()));
-    if (status == ContactStatus::buried)
+    if (status == ContactStatus::buried) {
+      const bool began_so = steps_ == 0 && scenario.placement == Placement::as_given;
       return fail(Outcome::wheel_buried,
-                  fmt::format("{} wheel '{}' sank past its axle at x = {:.2f} m, y = {:.2f} m; the soil is too "
-                              "soft for its load, or the step of {:g} s too large",
-                              when(), rover.wheels[w].name, state.center.x(), state.center.y(), h));
+                  fmt::format("{} wheel '{}' {} at x = {:.2f} m, y = {:.2f} m; {}", when(), rover.wheels[w].name,
+                              began_so ? "stands deeper than its axle" : "sank past its axle", state.center.x(), state.center.y(),
+                              began_so ? fmt::format("the start puts it there: raise z of the start of scenario '{}', or leave it out", scenario.name)
+                                       : fmt::format("the soil is too soft for its load, or the step of {:g} s too large", h)));
+    }
     on_soil = on_soil || status == ContactStatus::on_soil;
   }
   const bool touching = rigid_->open_rows(mechanism_, h, rows_);

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <utility>
+#include <vector>
 
 #include "model/track_width.hpp"
 #include "store/contract.hpp"
@@ -116,29 +118,23 @@ std::uint64_t digest_of(Statement& rows, std::uint64_t digest) {
 
 constexpr std::uint64_t kNothing = 14695981039346656037ULL;
 
-}  // namespace
+// What a run of a scenario depends on. where: condition, ?1 being the key of the scenario. The first three columns give the order.
+struct Part {
+  const char* table;
+  std::string where;
+  const char* columns = "*";
+};
+using Parts = std::vector<Part>;
 
-std::string model_digest(Database& database) {
-  // Of the tiles, those that the solver reads.
-  std::uint64_t digest = kNothing;
-  for (const char* table : {"material", "soil", "material_pair", "body", "collision_shape", "joint", "joint_limit", "drive", "differential", "gear",
-                            "loop_closure", "wheel", "grouser", "sensor", "terrain", "terrain_tile", "soil_patch", "obstacle", "effect", "scenario",
-                            "initial_state", "command", "state_change", "watch"}) {
-    const bool tiles = std::strcmp(table, "terrain_tile") == 0;
-    Statement rows(database, tiles ? "SELECT * FROM terrain_tile WHERE layer = 'height' AND level = 0 ORDER BY terrain_id, row0, col0"
-                                   : fmt::format("SELECT * FROM {} ORDER BY 1, 2, 3", table));
-    digest = digest_of(rows, digest);
-  }
-  return fmt::format("{:016x}", digest);
-}
-
-std::string world_digest(Database& database, std::int64_t scenario) {
+// Of the tiles, those that the solver reads.
+Parts world_of_scenario() {
   const std::string ground = "(SELECT terrain_id FROM scenario WHERE id = ?1)";
   const std::string soils = fmt::format("(SELECT soil_id FROM terrain WHERE id = {0} UNION SELECT soil_id FROM soil_patch WHERE terrain_id = {0})", ground);
-  const std::pair<const char*, std::string> tables[] = {
+  return {
       {"material", ""},
       {"soil", "WHERE id IN " + soils},
-      {"material_pair", "WHERE soil_id IS NULL OR soil_id IN " + soils},
+      // Without its key: pairs without a soil are written anew, as they were, with every ground.
+      {"material_pair", "WHERE soil_id IS NULL OR soil_id IN " + soils, "material_id, other_material_id, soil_id, response, friction, restitution"},
       {"body", ""}, {"collision_shape", ""}, {"joint", ""}, {"joint_limit", ""}, {"drive", ""}, {"differential", ""}, {"gear", ""},
       {"loop_closure", ""}, {"wheel", ""}, {"grouser", ""}, {"sensor", ""}, {"effect", ""},
       {"terrain", "WHERE id = " + ground},
@@ -146,13 +142,27 @@ std::string world_digest(Database& database, std::int64_t scenario) {
       {"soil_patch", "WHERE terrain_id = " + ground},
       {"obstacle", "WHERE terrain_id = " + ground},
   };
+}
+
+std::string digest_of(Database& database, const Parts& parts, std::int64_t scenario) {
   std::uint64_t digest = kNothing;
-  for (const auto& [table, where] : tables) {
-    Statement rows(database, fmt::format("SELECT * FROM {} {} ORDER BY 1, 2, 3", table, where));
+  for (const auto& [table, where, columns] : parts) {
+    Statement rows(database, fmt::format("SELECT {} FROM {} {} ORDER BY 1, 2, 3", columns, table, where));
     if (where.find('?') != std::string::npos) rows.bind(1, scenario);
     digest = digest_of(rows, digest);
   }
   return fmt::format("{:016x}", digest);
 }
+
+}  // namespace
+
+std::string model_digest(Database& database, std::int64_t scenario) {
+  Parts parts = world_of_scenario();
+  parts.push_back({"scenario", "WHERE id = ?1"});
+  for (const char* table : {"initial_state", "command", "state_change", "watch"}) parts.push_back({table, "WHERE scenario_id = ?1"});
+  return digest_of(database, parts, scenario);
+}
+
+std::string world_digest(Database& database, std::int64_t scenario) { return digest_of(database, world_of_scenario(), scenario); }
 
 }  // namespace rille

@@ -21,8 +21,8 @@ Model load_model(SQLite::Database& database, const std::optional<std::string>& s
 Model load_vehicle(SQLite::Database& database);
 Terrain load_soil_table(SQLite::Database& database, double gravity);
 
-// Digest of everything that a model is made of, so that a checkpoint is not resumed with another one.
-std::string model_digest(SQLite::Database& database);
+// Digest of everything that a run of a scenario depends on, so that a checkpoint is not resumed with another model.
+std::string model_digest(SQLite::Database& database, std::int64_t scenario);
 
 // Digest of rover, effects and the ground of a scenario, so that a state is not loaded into another world. Other grounds and what
 // scenarios ask leave it as it is.
