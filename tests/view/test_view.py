@@ -87,8 +87,8 @@ def test_summary_is_what_was_put_in():
     assert result.max_sinkage == pytest.approx(0.014)
     for wheel in result.wheels:
         assert wheel.mean_slip_ratio == pytest.approx(0.2)
-        assert wheel.mean_normal_load == 50
-        assert wheel.mean_drive_torque == 1
+        assert wheel.mean_normal_load == pytest.approx(50)
+        assert wheel.mean_drive_torque == pytest.approx(1)
     assert any("mean slip ratio" in line for line in result.lines())
 
 
@@ -100,7 +100,7 @@ def test_times_at_rest_do_not_dilute_the_mean_slip():
         replace(w, slip_ratio=np.where(still, 0, 0.2), center=np.where(still[:, None], w.center[20], w.center)) for w in trace.wheels
     )
     result = summary(replace(parked, wheels=wheels), rover)
-    assert result.wheels[0].mean_slip_ratio == pytest.approx(0.2, abs=0.011)  # one sample at the edge
+    assert result.wheels[0].mean_slip_ratio == pytest.approx(0.2)
 
 
 def test_a_part_stands_where_its_body_carries_it():

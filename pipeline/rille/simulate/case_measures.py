@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.machine import Machine
+from rille.model.over_time import shares, slipping
 from rille.model.study import ChannelMeasure, Measure
 from rille.simulate.tip_over import Corners, Support, support_corners
 
 Array = NDArray[np.float64]
-MOVING = 1e-4  # [m/s] below this speed of rim and rover a wheel's slip is not counted, as in the summary of a run
 WHEEL = ("wheel.slip_ratio", "wheel.sinkage", "wheel.drawbar_pull", "wheel.drive_torque")
 
 
@@ -137,17 +137,10 @@ def _reduced(time: Array, values: Array, how: str) -> float:
     if how == "final":
         return float(values[-1])
     if how == "rms":
-        return float(np.sqrt(np.average(values**2, weights=_shares(time))))
+        return float(np.sqrt(np.average(values**2, weights=shares(time))))
     if how == "mean":
-        return float(np.average(values, weights=_shares(time)))
+        return float(np.average(values, weights=shares(time)))
     return float(values.max() if how == "max" else values.min())
-
-
-def _shares(time: Array) -> Array:
-    """(n,) time [s] that each reading stands for, half way to its neighbours, so that means are over time; of a single one 1."""
-    if len(time) == 1:
-        return np.ones(1)
-    return np.diff(np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]]))
 
 
 def _vector(drove: Drove, quantity: str, body: str, size: int) -> Array:
@@ -186,16 +179,15 @@ def _of_wheels(driven: Driven, drove: Drove) -> dict[str, float]:
     speed = np.zeros(len(drove.time))
     if driven.root:
         speed = np.linalg.norm(_vector(drove, "part.linear_velocity", driven.root, 3), axis=1)
-    shares = _shares(drove.time)
+    lasts = shares(drove.time)
     found: dict[str, float] = {}
     slips, weights, pulls = [], [], []
     for name, joint, radius in driven.wheels:
         slip, sinkage, pull, _ = (drove.values[Channel(quantity, name, 0)] for quantity in WHEEL)
-        rim = radius * np.abs(drove.values[Channel("joint.velocity", joint, 0)])
-        moving = (np.maximum(speed, rim) > MOVING) & (sinkage > 0)
+        moving = slipping(speed, radius * drove.values[Channel("joint.velocity", joint, 0)], sinkage)
         slips.append(slip[moving])
-        weights.append(shares[moving])
-        pulls.append(float(np.average(pull, weights=shares)))
+        weights.append(lasts[moving])
+        pulls.append(float(np.average(pull, weights=lasts)))
         if moving.any():
             found |= _of_slip(slips[-1], weights[-1], f".{name}")
         found[f"max_sinkage.{name}"] = float(sinkage.max())

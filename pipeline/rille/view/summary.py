@@ -5,8 +5,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from rille.model import JointTrace, Rover, Trace
-
-MOVING = 1e-4  # [m/s] below this speed of rim and centre a wheel's slip is not counted (the solver reports 0 there)
+from rille.model.over_time import shares, slipping
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,21 +114,19 @@ def summary(trace: Trace, rover: Rover) -> Summary:
     distance = lengths[roots[0]] if roots else max(lengths.values(), default=0.0)
     rims = {wheel.name: wheel for wheel in rover.wheels}
     spins = {joint.name: joint for joint in trace.joints}
+    root = next((body for body in trace.bodies if roots and body.name == roots[0]), None)
+    speed = np.zeros(len(trace.time)) if root is None else np.linalg.norm(root.velocity, axis=1)
+    lasts = shares(trace.time)
     wheels = []
     for wheel in trace.wheels:
-        speed = np.zeros(len(trace.time))
-        if len(trace.time) > 1:
-            speed = np.linalg.norm(np.gradient(wheel.center, trace.time, axis=0), axis=1)
-        rim = np.abs(spins[rims[wheel.name].joint].velocity) * rims[wheel.name].radius
-        moving = (np.maximum(speed, rim) > MOVING) & (wheel.sinkage > 0)
-        slip = float(wheel.slip_ratio[moving].mean()) if moving.any() else 0.0
+        moving = slipping(speed, spins[rims[wheel.name].joint].velocity * rims[wheel.name].radius, wheel.sinkage)
         wheels.append(
             WheelSummary(
                 name=wheel.name,
-                mean_slip_ratio=slip,
+                mean_slip_ratio=_mean(wheel.slip_ratio[moving], lasts[moving]),
                 max_sinkage=float(wheel.sinkage.max(initial=0.0)),
-                mean_normal_load=float(wheel.normal_load.mean()) if len(wheel.normal_load) else 0.0,
-                mean_drive_torque=float(wheel.drive_torque.mean()) if len(wheel.drive_torque) else 0.0,
+                mean_normal_load=_mean(wheel.normal_load, lasts),
+                mean_drive_torque=_mean(wheel.drive_torque, lasts),
             )
         )
     return Summary(
@@ -142,6 +139,11 @@ def summary(trace: Trace, rover: Rover) -> Summary:
         drives=tuple(_drive(drive.name, spins[drive.joint], trace.time) for drive in rover.drives if drive.joint in spins),
         balance={name: float(values[-1]) for name, values in asdict(trace.energy).items()} if trace.energy else None,
     )
+
+
+def _mean(values: np.ndarray, lasts: np.ndarray) -> float:
+    """Over time; 0 of nothing. lasts : [s] that each value stands for."""
+    return float(np.average(values, weights=lasts)) if lasts.any() else 0.0
 
 
 def _drive(name: str, joint: JointTrace, time: np.ndarray) -> DriveSummary:
