@@ -20,6 +20,7 @@ from rille.terrain.base import cells as cells_module
 from rille.terrain.base import means as means_module
 from rille.terrain.base.fractal import MOST_DIRECT, fractal, fractal_lattice
 from rille.terrain.base.spectrum import power_spectrum
+from rille.terrain.extraction import extract_from_scene
 from rille.terrain.grid import Grid, Window
 
 
@@ -304,6 +305,25 @@ def test_holes_matter_only_where_the_scene_is(tmp_path):
         assert part.sum() == 7 * 11  # 3.0 m x 5.0 m around two points, without its border
 
 
+def test_a_region_beside_the_holes_of_a_dem_is_cut_as_the_refusal_advises(tmp_path, monkeypatch):
+    """The scene's own grid has holes; filled, it keeps its other heights, and the region is as if there were none."""
+    monkeypatch.setenv("RILLE_CACHE", str(tmp_path / "cache"))
+    heights = hills()
+    heights[10:12, 30] = np.nan
+    raster_file(tmp_path / "d.tif", heights)
+    scene = tmp_path / "scene.toml"
+    text = 'name = "it"\nsoil = "lunar_sourcebook"\n[base]\nkind = "dem"\nfile = "d.tif"\n'
+    scene.write_text(text)
+    with pytest.raises(InputRefused, match=r"set fill_holes = true in \[base\] to interpolate them \(the others stay as they are\)"):
+        extract_from_scene(scene, box=(-60.0, -50.0, 0.0, -20.0))
+    scene.write_text(text + "fill_holes = true\n")
+    piece = extract_from_scene(scene, box=(-60.0, -50.0, 0.0, -20.0))
+    row, column = round((58.0 - piece.y_north) / 2), round((piece.x_west + 78.0) / 2)
+    known = heights[row : row + piece.heights.shape[0], column : column + piece.heights.shape[1]]
+    assert np.abs(piece.heights + piece.map_origin[2] - known).max() < 1e-12
+    assert piece.filled is None or not piece.filled.any()
+
+
 def test_scale_offset_nodata_and_marks_are_honoured(tmp_path):
     stored = np.arange(30, dtype=np.int16).reshape(5, 6)
     stored[0, 0] = -32768
@@ -370,6 +390,8 @@ def test_a_band_is_chosen(tmp_path):
     file = str(raster_file(tmp_path / "two.tif", bands))
     first, second = (base_of(kind="dem", file=file, **k) for k in ({}, {"band": 2}))
     assert "band 1 of 2" in first.source
+    assert first.notes == ("'two.tif' has 2 bands, band 1 taken; choose with `band`",)
+    assert base_of(kind="dem", file=file, band=1).notes == second.notes == ()
     for made, heights in ((first, bands[0]), (second, bands[1])):
         assert np.array_equal(made.base.window(made.grid, made.grid.whole), heights - made.map_origin[2])
 

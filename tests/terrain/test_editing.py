@@ -168,6 +168,12 @@ def test_what_lies_beside_the_ground_is_written_and_said(scene):
     assert "beside the ground, which spans x -10 to 10 m and y -6 to 6 m" in editing.move(scene, "bowl", x="15 m").note
 
 
+def test_what_falls_between_the_heights_is_not_called_beside_them(scene):
+    """A crater of a decimetre at a posting of 0.5 m."""
+    note = editing.place(scene, "crater", x="0.25 m", y="0.25 m", drivers={"diameter": "10 cm"}).note
+    assert "lies between the heights of the ground, which stand 0.5 m apart" in note
+
+
 def test_what_is_removed_takes_its_comment_along(scene):
     editing.remove(scene, "bowl")
     block = SCENE[SCENE.index("# the big one") : SCENE.index("# soft floor")]

@@ -281,6 +281,40 @@ def test_density_map_in_map_coordinates(tmp_path):
         drawn(density={"map": "map.tif"}, frame=Frame(crs="IAU_2015:49910"), folder=tmp_path)
 
 
+def density_map(path, values, **keys):
+    """A raster of factors, 100 m x 100 m around the origin of W."""
+    import rasterio
+    from rasterio.transform import Affine
+
+    size = {"height": values.shape[0], "width": values.shape[1], "count": 1, "dtype": values.dtype.name}
+    place = {"transform": Affine(100 / values.shape[1], 0, -50, 0, -100 / values.shape[0], 50)}
+    scale = keys.pop("scale", None)
+    with rasterio.open(path, "w", driver="GTiff", **size, **(place | keys)) as raster:
+        raster.write(values, 1)
+        if scale is not None:
+            raster.scales, raster.offsets = (scale[0],), (scale[1],)
+
+
+def test_a_density_map_may_be_stored_scaled(tmp_path):
+    """Factors 0.2 and 0.9 as bytes of a hundredth, 10 of them added: the same rocks as of the factors themselves."""
+    factors = np.full((4, 4), 0.2)
+    factors[:, 2:] = 0.9
+    density_map(tmp_path / "plain.tif", factors)
+    density_map(tmp_path / "scaled.tif", np.round(100 * factors - 10).astype(np.uint8), scale=(0.01, 0.1))
+    keys = {"landform": "rock", "law": "haworth", "diameter": [0.3, 1.0], "extent": (-50.0, -50.0, 50.0, 50.0), "folder": tmp_path}
+    plain, scaled = (drawn(density={"map": name}, **keys) for name in ("plain.tif", "scaled.tif"))
+    assert len(plain.x) > 50
+    assert scaled.x == pytest.approx(plain.x)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:2263"])
+def test_a_density_map_is_in_metres(tmp_path, crs):
+    """As a DEM is, also where the scene has no projection that it could be compared with."""
+    density_map(tmp_path / "map.tif", np.ones((4, 4)), crs=crs)
+    with pytest.raises(InputRefused, match=r"the density map .* is in .*, not in metres; project it first"):
+        drawn(density={"map": "map.tif"}, folder=tmp_path)
+
+
 def test_drivers_are_fixed_uniform_linked_or_default():
     population = drawn(landform="rock", law="viper_rocks", diameter=[0.3, 4], drivers={"embedded": [0.2, 0.6], "aspect": 0.7})
     values = population.drivers

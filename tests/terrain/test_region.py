@@ -316,6 +316,69 @@ def test_a_region_of_a_scene_is_evaluated_at_its_own_points(scene):
     assert z - ground_there == pytest.approx(0.5 / 2 - 0.3 * 0.5, abs=0.01)
 
 
+ROCKS = """
+[[population]]
+name = "rocks"
+landform = "rock"
+law = { name = "golombek", k = 0.1 }
+diameter = ["1 m", "3 m"]
+seed = 4
+count = 40
+region = [-6, -8, 14, 9]
+collide = "1 m"
+"""
+
+
+@pytest.fixture
+def rocks(scene):
+    """The scene on steep rough ground, with rocks of a few postings that are bodies, too."""
+    steep = SCENE.replace('kind = "plane"', 'kind = "fractal"\nhurst = 0.7\nseed = 5\nmedian_slope = "12 deg"')
+    scene.write_text("".join(line for line in steep.splitlines(True) if not line.startswith(("slope", "direction"))) + ROCKS)
+    return scene
+
+
+def ground_of(piece, x, y):
+    """Bilinear heights [m] at points of its frame, NaN outside."""
+    return bilinear(piece.heights, (piece.x_west, piece.y_north), (piece.posting_x, piece.posting_y), x, y)
+
+
+@pytest.mark.parametrize("turn", [{"heading": -1.2}, {"heading": 0.0, "posting": (0.3, 0.3)}])
+def test_bodies_of_rocks_stand_on_the_ground_of_a_region(rocks, turn):
+    """Other points are another surface. Visible corners lie on it, or above on steep ground, and no root within a twentieth below.
+
+    A root lies below the lowest ground around it by 0.55 of its depth, at least 0.15 / 1.15 of the whole body: 7 %.
+    """
+    piece = extract_from_scene(rocks, center=(4.0, 0.5), size=(16.0, 14.0), **turn)
+    seen = 0
+    for body in piece.obstacles:
+        corners = body.vertices + np.array(body.pose.position) if body.vertices is not None else np.full((1, 3), np.nan)
+        over = (corners[:, 2] - ground_of(piece, corners[:, 0], corners[:, 1])) / np.ptp(corners[:, 2])
+        if np.isfinite(over).all():
+            seen += 1
+            assert ((over > -1e-9) | (over < -0.05)).all(), body.name
+    assert seen > 5
+
+
+def test_bodies_of_rocks_keep_their_bytes_where_the_points_are_the_scene_s(rocks):
+    """A part of the scene cut out has its bodies; one that reaches beyond a turned part is kept too, where the rock stands in it."""
+    whole = {o.name: o for o in extract_from_scene(rocks).obstacles}
+    part = extract_from_scene(rocks, box=(-4.0, -6.0, 12.0, 7.0)).obstacles
+    assert len(part) > 5
+    for body in part:
+        assert body.vertices is None or body.vertices.tobytes() == whole[body.name].vertices.tobytes()
+        assert body.pose.position == pytest.approx(whole[body.name].pose.position, abs=1e-12)
+    turned = extract_from_scene(rocks, center=(4.0, 0.5), size=(16.0, 13.0), heading=0.3)
+    places = {name: turned_place(o) for name, o in whole.items()}
+    assert {o.name for o in turned.obstacles} == {name for name, place in places.items() if np.isfinite(ground_of(turned, *place))}
+
+
+def turned_place(body):
+    """Its x and y [m] in a frame around (4.0, 0.5), turned by 0.3."""
+    x, y = body.pose.position[0] - 4.0, body.pose.position[1] - 0.5
+    c, s = math.cos(0.3), math.sin(0.3)
+    return c * x + s * y, c * y - s * x
+
+
 def test_a_stored_terrain_stays_in_its_database_and_gives_the_same(scene, tmp_path):
     terrain = extract_from_scene(scene)
     path = tmp_path / "t.db"

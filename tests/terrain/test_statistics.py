@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from rille.cli.terrain_stats import stats, table
-from rille.model import InputRefused, Terrain
+from rille.model import InputRefused, LandformInstance, Terrain
 from rille.terrain import build, landforms
 from rille.terrain.base.fractal import fractal
 from rille.terrain.crater_laws import fresh_profile
@@ -513,7 +513,7 @@ def test_the_table_says_it_for_people(report):
         "true (magnitude of the gradient)",
         "asked 0.800",
         "inside its Poisson band",
-        "craters in the DEM from 3 m",
+        "craters in the DEM from 3 to 133 m",
         "depth/diameter",
     ):
         assert words in text
@@ -524,6 +524,77 @@ def test_extrapolation_is_said(report):
     assert "extrapolated" not in "\n".join(table(report))
     narrow = {**report, "populations": [{**report["populations"][0], "valid_m": [10.0, 300.0]}]}
     assert "extrapolated beyond 10 to 300 m" in "\n".join(table(narrow))
+
+
+SPARSE = """
+name = "sparse"
+soil = "lunar_sourcebook"
+[base]
+kind = "flat"
+size = ["100 m", "100 m"]
+posting = "0.5 m"
+[[landform]]
+name = "wide"
+landform = "crater"
+x = 0
+y = 0
+drivers = { diameter = "45 m" }
+[[landform]]
+name = "mean"
+landform = "crater"
+x = "-35 m"
+y = "35 m"
+drivers = { diameter = "12 m" }
+[[population]]
+name = "elsewhere"
+landform = "rock"
+law = "haworth"
+region = [500, 500, 600, 600]
+diameter = ["0.5 m", "1 m"]
+"""
+
+
+@pytest.fixture(scope="module")
+def sparse(tmp_path_factory):
+    """Of a scene with a crater of 12 m, one of 45 m in its 100 m, and a population beside it."""
+    path = tmp_path_factory.mktemp("sparse") / "sparse.toml"
+    path.write_text(SPARSE)
+    return json.loads(run(path, "--json").stdout)
+
+
+def test_craters_too_large_for_the_search_are_not_counted_beside_those_found(sparse):
+    """Searched are 6 postings to a third of the side: of both craters one."""
+    craters = sparse["craters"]
+    assert (craters["smallest_searched_m"], craters["largest_searched_m"]) == (3.0, pytest.approx(100 / 3))
+    assert craters["placed_total"] == craters["found_total"] == 1
+    assert sum(craters["placed"]) == 2
+    assert "craters in the DEM from 3 to 33.3 m, searched everywhere: 1 found, 1 of these sizes placed" in "\n".join(table(sparse))
+
+
+def test_a_bin_ends_where_the_search_ends():
+    """A crater placed a little beyond a third of the side is in no row of the table, whatever bin its diameter falls in."""
+    heights = np.zeros((201, 201))
+    values = landforms()["crater"].values({"diameter": 35.0}, "it")
+    wide = LandformInstance(name="wide", landform="crater", x=0.0, y=0.0, drivers=values)
+    bare = {"soil": "", "soils": (), "pairs": (), "landforms": (wide,)}
+    terrain = Terrain(name="it", heights=heights, posting_x=0.5, posting_y=0.5, x_west=-50.0, y_north=50.0, **bare)
+    craters = measure("it", heights, 0.5, 0.5, terrain=terrain)["craters"]
+    assert sum(craters["placed"]) == 1
+    assert craters["placed_total"] == 0
+    assert sum(n for n, area in zip(craters["placed"], craters["searched_m2"], strict=True) if area > 0) == 0
+
+
+def test_a_population_beside_the_ground_is_no_alarm(sparse):
+    """No number is expected and none was placed: zeros, not NaN."""
+    (population,) = sparse["populations"]
+    assert population["inside_band"]
+    assert not population["on_ground"]
+    assert set(population["asked"]) == set(population["placed"]) == {0}
+    assert {value for side in population["band"] for value in side} == {0.0}
+    text = "\n".join(table(sparse))
+    assert "population 'elsewhere' of rock, law haworth: no part of its region lies on the ground" in text
+    assert "band" not in text
+    assert "nan" not in text
 
 
 def test_a_census_outside_its_band_is_called_so(scene):

@@ -183,7 +183,7 @@ def _evaluated(ground: Path, name: str | None, update: Callable[[str, float], No
     if ground.suffix.lower() == ".toml":
         from rille import terrain
 
-        return terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction))
+        return terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction), tell=say)
     from rille import store
 
     return store.read_terrain(ground, name, heights=False)

@@ -56,7 +56,7 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
     if suffix == ".toml":
         from rille import terrain
 
-        built = terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction))
+        built = terrain.build(ground, progress=lambda what, fraction: update(what, 0.4 * fraction), tell=say)
         report = _of_terrain(built, lambda what, fraction: update(what, 0.4 + 0.6 * fraction))
         base = _base(ground)
         return report if base is None else {**report, "base": base}
@@ -68,6 +68,8 @@ def _measured(ground: Path, name: str | None, update: Update) -> dict[str, Any]:
     from rille.terrain.raster import open_raster
 
     raster = open_raster(ground)
+    if raster.bands > 1:
+        say(f"'{ground.name}' has {raster.bands} bands, band {raster.band} measured")
     (n_rows, n_cols), (east, north), (along_x, along_y) = raster.shape, raster.corner, raster.posting
     check_metres(raster, east + along_x * (n_cols - 1) / 2, north - along_y * (n_rows - 1) / 2)
     marks = raster.lost_marks()
@@ -194,12 +196,12 @@ def _census(report: dict[str, Any]) -> list[str]:
     lines = []
     for p in report.get("populations", []):
         given = ", ".join(f"{key} {_value(key, value)}" for key, value in p["parameters"].items())
+        law = f"population '{p['name']}' of {p['landform']}, law {p['law']}{' (' + given + ')' if given else ''}{_beyond(p)}"
+        if not p["on_ground"]:
+            lines += ["", f"{law}: no part of its region lies on the ground"]
+            continue
         verdict = "inside its Poisson band" if p["inside_band"] else "OUTSIDE its Poisson band"
-        lines += [
-            "",
-            f"population '{p['name']}' of {p['landform']}, law {p['law']}{' (' + given + ')' if given else ''}{_beyond(p)}: {verdict}",
-            f"{'diameter [m]':>18}{'asked':>11}{'band':>17}{'placed':>9}",
-        ]
+        lines += ["", f"{law}: {verdict}", f"{'diameter [m]':>18}{'asked':>11}{'band':>17}{'placed':>9}"]
         for low, high, asked, least, most, placed in zip(p["from_m"], p["to_m"], p["asked"], *p["band"], p["placed"], strict=True):
             lines.append(f"{low:8.3g} to {high:6.3g}{asked:11.1f}{f'{least:.0f} to {most:.0f}':>17}{placed:9d}")
     return lines
@@ -234,7 +236,7 @@ def _found(report: dict[str, Any], other: dict[str, Any] | None) -> list[str]:
 def _counts(forms: dict[str, Any], kind: str, mark: str) -> list[str]:
     placed = forms["placed"]
     beside = "" if placed is None else f", {forms['placed_total']} of these sizes placed"
-    where = f"from {forms['smallest_searched_m']:.3g} m, searched {forms['searched']}"
+    where = f"from {forms['smallest_searched_m']:.3g} to {forms['largest_searched_m']:.3g} m, searched {forms['searched']}"
     lines = [f"{kind}{mark} in the DEM {where}: {forms['found_total']} found{beside}"]
     rows = [k for k, count in enumerate(forms["found"]) if forms["searched_m2"][k] > 0 and (count or (placed and placed[k]))]
     if not rows:

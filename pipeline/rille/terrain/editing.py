@@ -15,7 +15,6 @@ from rille.terrain import history
 from rille.terrain.blocks import Block, added, blocks, changed, removed
 from rille.terrain.history import Edited
 from rille.terrain.landform import Driver, Landform
-from rille.terrain.placed import Placed
 from rille.terrain.register import read_register
 from rille.terrain.scene import Scene, read_scene
 
@@ -44,13 +43,9 @@ class _Check:
         self.read = read_scene(file)
 
     def note(self, name: str) -> str:
-        """Says if a landform lies beside the ground."""
-        grid = self.read.ground.grid
-        for item in self.read.items:
-            if isinstance(item, Placed) and item.instance.name == name and item.window(grid).empty:
-                x, y = grid.axes(grid.whole)
-                return f"it lies beside the ground, which spans x {x[0]:g} to {x[-1]:g} m and y {y[-1]:g} to {y[0]:g} m"
-        return ""
+        """Says if a landform leaves no trace on the ground."""
+        why = self.read.unseen.get(f"landform '{name}'")
+        return f"it {why}" if why else ""
 
 
 def place(

@@ -8,14 +8,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model import Terrain
+from rille.model import Obstacle, Terrain
+from rille.model.grid import bilinear
 from rille.terrain.composition import Composition
 from rille.terrain.grid import Grid, Window
-from rille.terrain.region import MapFrame, Region, ResampledSurface, grid_of, make_region, own_points, terrain_of_region
+from rille.terrain.region import (
+    MapFrame,
+    Region,
+    ResampledSurface,
+    grid_of,
+    make_region,
+    moved_population,
+    own_points,
+    terrain_of_region,
+)
 from rille.terrain.register import landforms
-from rille.terrain.scene import composed, filled_on, terrain_of
+from rille.terrain.scene import Scene, composed, filled_on, rock_bodies, terrain_of
 from rille.terrain.surface import IN_MEMORY, evaluate, evaluate_aside
 
+Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 
@@ -50,7 +61,8 @@ def extract_from_scene(
         holes = read.ground.holes
         read = replace(read, ground=replace(read.ground, holes=None))  # marks are asked for where they are wanted
         filled = filled_on(region.grid, holes)
-        return terrain_of_region(terrain_of(read, whole), region, heights, register=read.register, name=name, filled=filled)
+        piece = terrain_of_region(terrain_of(read, whole), region, heights, register=read.register, name=name, filled=filled)
+        return piece if shift is not None else replace(piece, obstacles=_on_own_ground(piece, read, region.grid, heights))
 
 
 def extract_from_terrain(terrain: Terrain, *, name: str | None = None, **where: Any) -> Terrain:
@@ -68,6 +80,20 @@ def extract_from_terrain(terrain: Terrain, *, name: str | None = None, **where: 
     surface = ResampledSurface(terrain, region.grid)
     heights = surface[:, :] if region.grid.n_rows * region.grid.n_cols <= IN_MEMORY else surface
     return terrain_of_region(terrain, region, heights, register=landforms(), name=name, filled=_marks(terrain, region))
+
+
+def _on_own_ground(piece: Terrain, scene: Scene, grid: Grid, heights: Any) -> tuple[Obstacle, ...]:
+    """Obstacles of a region whose points are not the scene's: its rocks have their bodies made anew on its own heights.
+
+    Between points the ground is bilinear, so that other points give the flank of a rock another shape: centimetres where it is as large
+    as a few postings, which no shift makes good. Rocks that reach beyond the region keep the scene's body.
+    """
+
+    def at(x: Array, y: Array) -> Array:
+        return bilinear(heights, (grid.x_west, grid.y_north), (grid.posting_x, grid.posting_y), x, y)
+
+    anew = {body.name: body for body in rock_bodies(scene, [moved_population(p, grid) for p in scene.populations], at)}
+    return tuple(anew.get(obstacle.name, obstacle) for obstacle in piece.obstacles)
 
 
 def _marks(terrain: Terrain, region: Region) -> NDArray[np.bool_] | None:

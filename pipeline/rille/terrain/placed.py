@@ -155,6 +155,11 @@ class Placed:
             )
         return found
 
+    def footprint(self) -> Array:
+        """Corners (4, 2) [m] in W of the box outside of which it changes nothing."""
+        half_x, half_y = self.half
+        return np.column_stack(self._to_scene(half_x * np.array([-1, 1, 1, -1]), half_y * np.array([-1, -1, 1, 1])))
+
     def outline(self) -> Array:
         """Corners (n, 2) [m] in W of the region that takes its soil."""
         corners = self.landform.border(self.instance.drivers) * self.instance.scale

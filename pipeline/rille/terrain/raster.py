@@ -59,11 +59,9 @@ class Raster:
         try:
             with rasterio.open(self.path) as raster:
                 window = Window(cols[0], rows[0], cols[1] - cols[0], rows[1] - rows[0])  # type: ignore[call-arg]
-                heights = raster.read(self.band, window=window, masked=True).astype(np.float64).filled(np.nan)
+                heights = band_values(raster, self.band, window)
         except RasterioError as error:
             raise InputRefused(f"'{self.path}' cannot be read as a raster: {reason_of(error)}") from None
-        if (self.scale, self.offset) != (1.0, 0.0):
-            heights = heights * self.scale + self.offset
         heights[np.abs(heights) > HIGHEST] = np.nan
         return heights
 
@@ -124,6 +122,13 @@ class LostMarks:
             )
 
 
+def band_values(raster: Any, band: int, window: Any = None) -> Array:
+    """Values of a band of an open raster: offset + scale number, of the numbers in the file; NaN = no value. window : None: all."""
+    values = raster.read(band, window=window, masked=True).astype(np.float64).filled(np.nan)
+    scale, offset = raster.scales[band - 1], raster.offsets[band - 1]
+    return values if (scale, offset) == (1.0, 0.0) else values * scale + offset
+
+
 def height_unit(raster: Any, band: int) -> str:
     """Unit of heights that an open raster states, for its band or in a compound projection; "" where it states none."""
     stated = (raster.units[band - 1] or "").strip()
@@ -174,12 +179,7 @@ def open_raster(path: Path, band: int = 1) -> Raster:
         raise InputRefused(
             f"'{path}' has no projection, so its scale is unknown; assign one (gdal_edit -a_srs; beside an .asc a .prj file)"
         )
-    local = re.match(r'(?:LOCAL_CS|ENGCRS)\[.*UNIT\["([^"]+)",([0-9.eE+-]+)', crs.to_wkt(), re.DOTALL)  # of a scene without projection
-    if not crs.is_projected and local is None:
-        raise InputRefused(f"'{path}' is in degrees, not in metres; project it first (gdalwarp -t_srs)")
-    name, factor = crs.linear_units_factor if local is None else (local.group(1), float(local.group(2)))
-    if abs(factor - 1) > 1e-9:
-        raise InputRefused(f"'{path}' is in {name}, not in metres; project it first (gdalwarp -t_srs)")
+    projection = metric_projection(crs, f"'{path}'")
     if unit.lower() not in METRES:
         raise InputRefused(f"the heights of '{path}' are in {unit}, not in metres; convert them first (gdal_calc, then gdal_edit -units m)")
     if not np.isfinite(transform).all():
@@ -198,8 +198,25 @@ def open_raster(path: Path, band: int = 1) -> Raster:
         corner=(float(transform.c + transform.a / 2), float(transform.f + transform.e / 2)),
         scale=float(scale),
         offset=float(offset),
-        crs=crs.to_wkt() if local is None else "",
+        crs=projection,
     )
+
+
+def metric_projection(crs: Any, what: str) -> str:
+    """WKT of a raster's projection in metres; "" for a local frame in metres, that of a scene without projection.
+
+    Raises
+    ------
+    InputRefused : for degrees and other lengths than metres.
+    """
+    wkt = crs.to_wkt()
+    local = re.match(r'(?:LOCAL_CS|ENGCRS)\[.*UNIT\["([^"]+)",([0-9.eE+-]+)', wkt, re.DOTALL)
+    if not crs.is_projected and local is None:
+        raise InputRefused(f"{what} is in degrees, not in metres; project it first (gdalwarp -t_srs)")
+    name, factor = crs.linear_units_factor if local is None else (local.group(1), float(local.group(2)))
+    if abs(factor - 1) > 1e-9:
+        raise InputRefused(f"{what} is in {name}, not in metres; project it first (gdalwarp -t_srs)")
+    return wkt if local is None else ""
 
 
 def _vertical_unit(wkt: str) -> str:

@@ -303,8 +303,8 @@ def terrain_of_region(
 ) -> Terrain:
     """The terrain of a region in its own frame W': heights on its grid, and whatever of the scene stands or lies in it.
 
-    Soil patches, landforms and obstacles are moved and turned into W', and so is the place of W' on the map. Obstacles keep their depth
-    below the ground: they move up or down by what the ground around them does, which another posting changes a little.
+    Soil patches, landforms and obstacles are moved and turned into W', and so is the place of W' on the map. Obstacles keep their shape
+    and their depth below the ground: they move up or down by what the ground around them does, which other points change a little.
 
     Parameters
     ----------
@@ -333,7 +333,7 @@ def terrain_of_region(
         pairs=tuple(pair for pair in terrain.pairs if pair.soil is None or pair.soil in used),
         patches=patches,
         landforms=landforms,
-        populations=tuple(_moved_population(population, grid) for population in populations),
+        populations=tuple(moved_population(population, grid) for population in populations),
         obstacles=(),
         map_origin=(east + c * x - s * y, north + s * x + c * y, zero),
         map_heading=terrain.map_heading + grid.heading,
@@ -385,7 +385,8 @@ def _moved_landform(landform: LandformInstance, grid: Grid) -> LandformInstance:
     return replace(landform, x=float(x), y=float(y), heading=landform.heading - grid.heading)
 
 
-def _moved_population(population: Population, grid: Grid) -> Population:
+def moved_population(population: Population, grid: Grid) -> Population:
+    """The population in the frame of a grid."""
     x, y = grid.from_scene(population.x, population.y)
     return replace(population, x=x, y=y, heading=population.heading - grid.heading)
 

@@ -1,7 +1,7 @@
 """Scene files (TOML) -> Terrain: a base, landforms and populations in the order of their age, soils, obstacles."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -40,6 +40,7 @@ from rille.terrain.placed import Placed
 from rille.terrain.population import Frame, PopulationSheet, collision_bodies, draw
 from rille.terrain.register import Register, SoilSheet, read_register, soils
 from rille.terrain.surface import TILE, Kept, Surface, evaluate, kept
+from rille.terrain.unseen import unseen
 
 Array = NDArray[np.float64]
 Number = float | int | str
@@ -128,6 +129,16 @@ class Scene:
     patches: tuple[SoilPatch, ...]
     items: tuple[Item, ...]
 
+    @property
+    def unseen(self) -> dict[str, str]:
+        """What it places without a trace on its own grid, and why: see :func:`rille.terrain.unseen.unseen`."""
+        return unseen(self.ground.grid, self.items, self.patches[len(self.patches) - len(self.page.soil_patch) :])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences worth telling the user."""
+        return (*self.ground.notes, *(f"{subject} {why}" for subject, why in self.unseen.items()))
+
 
 def build(scene: Path, *, progress: Progress | None = None, tell: Callable[[str], None] | None = None) -> Terrain:
     """Evaluate a scene; of one that was evaluated before, only what changed.
@@ -153,7 +164,7 @@ def composed(
     """A scene as a composition that can be evaluated anywhere, what is kept of its last evaluation, and its datums."""
     read = read_scene(scene, progress=progress)
     if tell is not None:
-        for note in read.ground.notes:
+        for note in read.notes:
             tell(note)
     with kept(Path(scene)) as store:
         grid, base = read.ground.grid, read.ground.base
@@ -254,12 +265,21 @@ def filled_on(grid: Grid, holes: Holes | None) -> NDArray[np.bool_] | None:
 def obstacles(scene: Scene, terrain: Terrain) -> tuple[Obstacle, ...]:
     """Obstacles of the scene and collision bodies of its rocks, standing on a terrain; those beside it are left out."""
     stated = [place_obstacle(sheet, terrain) for sheet in scene.page.obstacle]
-    drawn = [
+    return (*stated, *rock_bodies(scene, scene.populations, lambda x, y: height_at(terrain, x, y)))
+
+
+def rock_bodies(scene: Scene, populations: Iterable[Population], at: Callable[[Array, Array], Array]) -> list[Obstacle]:
+    """Collision bodies of the scene's rocks on its ground.
+
+    Parameters
+    ----------
+    populations : those of the scene, in any frame. at : (x, y) (n,) [m] in that frame -> heights (n,) [m], NaN where unknown.
+    """
+    return [
         body
-        for sheet, population in zip(scene.page.population, scene.populations, strict=True)
-        for body in collision_bodies(sheet, population, scene.register[population.landform], lambda x, y: height_at(terrain, x, y))
+        for sheet, population in zip(scene.page.population, populations, strict=True)
+        for body in collision_bodies(sheet, population, scene.register[population.landform], at)
     ]
-    return (*stated, *drawn)
 
 
 def _distinct(names: list[str], kind: str) -> None:

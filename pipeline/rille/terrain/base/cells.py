@@ -23,8 +23,8 @@ class HeightsMissing(InputRefused):
         """Of a file; first : row and column."""
         self.count = count
         super().__init__(
-            f"'{path}' has {count} heights missing, the first at row {first[0]}, column {first[1]}; choose a region without, or set "
-            "fill_holes = true to interpolate them"
+            f"'{path}' has {count} heights missing, the first at row {first[0]}, column {first[1]}; set fill_holes = true in [base] to "
+            "interpolate them (the others stay as they are), or give [base] a size and a center without them"
         )
 
 

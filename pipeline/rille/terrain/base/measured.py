@@ -80,8 +80,14 @@ def measured(sheet: BaseSheet, scene_file: Path, progress: Progress) -> Ground:
         source=relative_to_data(path) + (f", band {raster.band} of {raster.bands}" if raster.bands > 1 else ""),
         sources=(file,),
         holes=None if marks is None else _Holes(Surface(lattice=marks, corner=corner, posting=raster.posting, digest="")),
-        notes=() if detail is None else detail.notes,
+        notes=(*_choice(sheet, raster), *(() if detail is None else detail.notes)),
     )
+
+
+def _choice(sheet: BaseSheet, raster: Raster) -> tuple[str, ...]:
+    """Says so where a file leaves a choice that the scene has not made."""
+    silent = raster.bands > 1 and "band" not in sheet.model_fields_set
+    return (f"'{raster.path.name}' has {raster.bands} bands, band {raster.band} taken; choose with `band`",) if silent else ()
 
 
 def _present(values: Lattice) -> Callable[[Range, Range], Array]:

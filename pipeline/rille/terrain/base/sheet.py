@@ -33,8 +33,9 @@ class BaseSheet(Sheet):
     size, center, posting : extent [m] and middle in W, distance of neighbouring heights.
     plane : rises by ``slope`` towards ``direction``. fractal : ``hurst``, ``seed``; ``median_slope`` is the median of |dz| / posting
     over neighbours along rows and columns.
-    dem : file in a projection in metres; ``band``; ``origin`` is the map point (east, north) that becomes the origin of W, default the
-    middle; ``fill_holes`` interpolates missing heights, which are otherwise refused.
+    dem : file in a projection in metres; ``band``, default the first, which is told where there are several; ``origin`` is the map point
+    (east, north) that becomes the origin of W, default the middle; ``fill_holes`` interpolates missing heights, which are otherwise
+    refused.
     values : what the numbers of a DEM are: heights at "points" (the ground is their bilinear surface), or "means" over cells (the ground
     is a smooth surface with these means). Default "points", with [base.detail] "means".
     """

@@ -12,7 +12,7 @@ from rille.model.quantity import to_si
 from rille.terrain.grid import Grid
 from rille.terrain.landform import smooth_step
 from rille.terrain.own.relief import Relief, height_of, length_of, two_lengths
-from rille.terrain.raster import HIGHEST, LostMarks, height_unit, reason_of
+from rille.terrain.raster import HIGHEST, LostMarks, band_values, height_unit, reason_of
 
 Array = NDArray[np.float64]
 
@@ -119,7 +119,7 @@ def _read(path: Path) -> _Raster:
                 name = str(raster.dtypes[band - 1])
                 if np.dtype(name).kind == "c":
                     raise InputRefused(f"'{path}' holds complex numbers; save it with one band of heights")
-                values = raster.read(band, masked=True).astype(np.float64).filled(np.nan)
+                values = band_values(raster, band)
                 scale, offset = float(raster.scales[band - 1]), float(raster.offsets[band - 1])
                 scaled = (scale, offset) != (1.0, 0.0)
                 kind = np.dtype(name).kind
@@ -128,9 +128,7 @@ def _read(path: Path) -> _Raster:
                 unit = height_unit(raster, band)
     except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
         raise InputRefused(f"'{path}' cannot be read as a raster: {reason_of(error)}") from None
-    return _Raster(
-        values=values * scale + offset, posting=posting, corner=corner, type_name=name, levels=levels, unit=unit, scale=scale, offset=offset
-    )
+    return _Raster(values=values, posting=posting, corner=corner, type_name=name, levels=levels, unit=unit, scale=scale, offset=offset)
 
 
 def _georeference(raster: Any, path: Path) -> tuple[tuple[float, float] | None, tuple[float, float]]:

@@ -12,6 +12,7 @@ from rille.model import InputRefused, LandformInstance, nearest_names
 from rille.model.sheet import expand
 from rille.terrain.crater_laws import largest_block
 from rille.terrain.population.sheet import DensitySheet
+from rille.terrain.raster import band_values, metric_projection
 
 Array = NDArray[np.float64]
 
@@ -101,17 +102,18 @@ def _mapped(path: Path, subject: str, frame: Frame) -> Density:
         raise InputRefused(f"there is no file '{path}' for the density of {subject}")
     try:
         with rasterio.open(path) as raster:
-            values = raster.read(1, masked=True).astype(np.float64).filled(0.0)
+            values = np.nan_to_num(band_values(raster, 1), nan=0.0, posinf=0.0, neginf=0.0)
             if not (np.isfinite(raster.transform).all() and abs(raster.transform.determinant) > 0):
                 raise InputRefused(f"{what} has cells without an area; repair its georeference (gdal_edit -a_ullr)")
             inverse, crs = ~raster.transform, raster.crs
     except (RasterioError, UnicodeDecodeError) as error:  # of names in a damaged header
         raise InputRefused(f"{what} cannot be read as a raster: {error}") from None
-    values = np.where(np.isfinite(values), values, 0.0)
     if values.min() < 0:
         raise InputRefused(f"{what} holds {values.min():g}; factors on a law must be at least 0")
     if values.max() == 0:
         raise InputRefused(f"{what} is zero everywhere, so nothing would be placed; give factors above 0")
+    if crs:
+        metric_projection(crs, what)
     if crs and frame.crs and crs != rasterio.CRS.from_user_input(frame.crs):
         raise InputRefused(f"{what} is in another projection than the scene; warp it first (gdalwarp -t_srs)")
     cosine, sine = math.cos(frame.heading), math.sin(frame.heading)

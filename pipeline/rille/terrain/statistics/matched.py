@@ -43,7 +43,8 @@ class Shape:
 class Found:
     """Forms found, each array (n,). x, y [m] from the centre of the first height, y to the north; diameter [m];
     height [m] : highest less lowest of the mean heights of rings around it; correlation
-    [0, 1]; searched : D -> area [m^2] in which forms of D were looked for; smallest : [m] from which on they were.
+    [0, 1]; searched : D -> area [m^2] in which forms of D were looked for; smallest, largest : [m] from which on and
+    below which they were.
     """
 
     x: Array
@@ -53,6 +54,7 @@ class Found:
     correlation: Array
     searched: Callable[[Array], Array]
     smallest: float
+    largest: float
     said: str
 
 
@@ -103,6 +105,7 @@ def search(surface: Surface, posting_x: float, posting_y: float, shape: Shape, s
         correlation=table[:, 4],
         searched=searched,
         smallest=smallest,
+        largest=max(smallest, largest),
         said="nowhere" if not areas else "everywhere" if whole else f"the smallest in {100 * share:.2g} % of the area",
     )
 

@@ -121,6 +121,7 @@ def _population(population: Population) -> dict[str, Any]:
         "band": [counted.low.tolist(), counted.high.tolist()],
         "placed": counted.placed.tolist(),
         "inside_band": counted.inside,
+        "on_ground": counted.on_ground,
         "curve": {"diameter_m": record["expected"]["diameter"], "number": record["expected"]["number"]},
     }
 
@@ -145,7 +146,7 @@ def _placed(terrain: Terrain, kind: str, box: tuple[float, float, float, float])
 
 def _forms(found: Found, placed: Array | None, area: float) -> dict[str, Any]:
     """Counts by diameter, and depth (of rocks: height) over diameter."""
-    borders = _borders(found.diameter if placed is None else np.concatenate([found.diameter, placed]), found.smallest)
+    borders = _borders(found.diameter if placed is None else np.concatenate([found.diameter, placed]), (found.smallest, found.largest))
     number = counts(found.diameter, borders) if len(borders) else np.zeros(0, np.int64)
     low, high = poisson_interval(number)
     middle = np.sqrt(borders[:-1] * borders[1:])
@@ -157,8 +158,9 @@ def _forms(found: Found, placed: Array | None, area: float) -> dict[str, Any]:
         "area_m2": area,
         "searched": found.said,
         "smallest_searched_m": found.smallest,
+        "largest_searched_m": found.largest,
         "found_total": len(found.diameter),
-        "placed_total": None if placed is None else int((placed >= found.smallest).sum()),
+        "placed_total": None if placed is None else int(((placed >= found.smallest) & (placed < found.largest)).sum()),
         "from_m": borders[:-1].tolist(),
         "to_m": borders[1:].tolist(),
         "searched_m2": searched.tolist(),
@@ -170,14 +172,16 @@ def _forms(found: Found, placed: Array | None, area: float) -> dict[str, Any]:
     }
 
 
-def _borders(diameter: Array, smallest: float) -> Array:
-    """Root-two bins that hold all diameters; the bin in which the search begins is cut there, since it is searched in part only."""
+def _borders(diameter: Array, searched: tuple[float, float]) -> Array:
+    """Root-two bins that hold all diameters; bins in which the search begins or ends are cut there: they are searched in part only."""
     if len(diameter) == 0:
         return np.zeros(0)
     borders = edges(float(diameter.min()), float(diameter.max()) * (1 + 1e-9))
     borders[0] = diameter.min()
-    cut = borders[0] < smallest < borders[-1] and np.abs(borders / smallest - 1).min() > 1e-9
-    return np.sort(np.append(borders, smallest)) if cut else borders
+    for end in searched:
+        if borders[0] < end < borders[-1] and np.abs(borders / end - 1).min() > 1e-9:
+            borders = np.sort(np.append(borders, end))
+    return borders
 
 
 def _number(value: float) -> float | None:

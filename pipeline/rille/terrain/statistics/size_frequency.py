@@ -50,6 +50,7 @@ class Census:
     """What a population holds beside its law. borders (k + 1,) [m]; asked, low, high, placed (k,): numbers in each bin.
 
     The band [low, high] holds all bins together with at least 95 % (each with 1 - 0.05 / k). inside : all of them are in it.
+    on_ground : some of its region lies on the ground; otherwise there is nothing to be counted.
     """
 
     borders: Array
@@ -58,22 +59,25 @@ class Census:
     high: Array
     placed: NDArray[np.int64]
     inside: bool
+    on_ground: bool
 
 
 def census(population: Population) -> Census:
     """Members whose centres lie in the box of the record, by diameter, against the law they were drawn from."""
     record = population.law
-    diameter = diameters_in(population, tuple(record["box"]))
+    x0, y0, x1, y1 = record["box"]
+    diameter = diameters_in(population, (x0, y0, x1, y1))
     low, high = record["diameter"]
     borders = np.clip(edges(low, high), low, high)
     knots, number = np.array(record["expected"]["diameter"]), np.array(record["expected"]["number"])
-    asked = -np.diff(cumulative(knots, number, borders))
+    from_each = cumulative(knots, number, borders)
+    asked = from_each[:-1] - from_each[1:]
     bins = len(asked)
     band = poisson_band(asked, 1 - (1 - LEVEL) / bins)
     borders[-1] = high * (1 + 1e-12)
     placed = counts(diameter, borders)
     inside = bool(((placed >= band[0]) & (placed <= band[1])).all())
-    return Census(borders=borders, asked=asked, low=band[0], high=band[1], placed=placed, inside=inside)
+    return Census(borders=borders, asked=asked, low=band[0], high=band[1], placed=placed, inside=inside, on_ground=x0 < x1 and y0 < y1)
 
 
 def diameters_in(population: Population, box: tuple[float, float, float, float]) -> Array:
@@ -87,4 +91,4 @@ def cumulative(knots: Array, number: Array, diameter: Array) -> Array:
     """Expected number from each diameter on, by its record at ``knots``: straight in log-log, 0 beyond the last."""
     positive = np.maximum(number, 1e-12 * max(float(number[0]), 1e-300))
     found = np.exp(np.interp(np.log(diameter), np.log(knots), np.log(positive)))
-    return np.where(diameter >= knots[-1] * (1 - 1e-12), 0.0, np.where(diameter <= knots[0], number[0], found))
+    return np.where(diameter >= knots[-1] * (1 - 1e-12), 0.0, np.where(diameter <= knots[0], number[0], np.minimum(found, number[0])))
