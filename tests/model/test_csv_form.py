@@ -23,6 +23,9 @@ def form_of(tmp_path, text):
     [
         ("time,angle,rate\ns,deg,deg/s\n0,1,2\n", ("time [s]", "angle [deg]", "rate [deg/s]")),
         ("Zeit;Winkel\n[s];[°]\n0,0;1,5\n", ("Zeit [s]", "Winkel [°]")),
+        ("t,a\ns,m/s2\n0,1\n", ("t [s]", "a [m/s2]")),
+        ("t,rate,T\ns,°/s,°C\n0,1,2\n", ("t [s]", "rate [°/s]", "T [°C]")),
+        ("t,n\ns,counts\n0,1\n", ("t [s]", "n [counts]")),  # a unit that nobody knows loses no other, and is named
         ("time,slip,torque [N m]\n(s),-,N m\n0,0.1,2\n", ("time [s]", "slip", "torque [N m]")),
     ],
 )
@@ -39,6 +42,8 @@ def test_a_line_of_units_names_the_units(tmp_path, text, columns):
         "wheel,slip\nleft,0.1\nright,0.2\n",  # labels
         "phase,note\ng,m\nm,s\n",  # no numbers below
         "time,angle\nNA,NA\n0.1,2\n",  # missing values
+        "phase,v\nm,NA\n2,3\n",
+        "wheel,phase,v\nleft,right,m\n0,1,2\n",  # most are no units
     ],
 )
 def test_a_row_of_data_is_none(tmp_path, text):
@@ -74,6 +79,40 @@ def test_decimal_commas_are_found_wherever_they_begin(tmp_path, cell):
     """A hundred whole numbers first."""
     assert form_of(tmp_path, "t;q\n" + "".join(f"{k};0\n" for k in range(100)) + f"100;{cell}\n").decimal == ","
     assert form_of(tmp_path, "t;q\n0;1.5\n").decimal == "."
+
+
+@pytest.mark.parametrize(("cell", "decimal"), [("1,5", ","), ("1.5", "."), ("7", "."), ('"-,5E3"', ",")])
+def test_a_decimal_mark_may_come_after_a_long_rest(tmp_path, cell, decimal):
+    """20000 rows at rest, 160 kB, of whole numbers, and a date of which no part is a number."""
+    rest = "".join(f"{k:06d};2026-03-29 01:02:03.000,5;0\n" for k in range(20_000))
+    assert form_of(tmp_path, f"t;date;x\n{rest}20000;;{cell}\n20001;;0\n").decimal == decimal
+
+
+@pytest.mark.parametrize(
+    ("text", "skip", "columns", "delimiter"),
+    [
+        ('t,x,note\n0.0,-6.9,"ok, moving"\n0.1,-6.8,"ok, moving"\n', 1, ("t", "x", "note"), ","),
+        ('t;x;note\n0,5;1;"a, b, c; d"\n1,5;1;"a, b, c; d"\n', 1, ("t", "x", "note"), ";"),
+        ('logger\n"time, UTC";"x, y, z"\n0;1\n1;2\n', 2, ("time, UTC", "x, y, z"), ";"),
+        ('# t,x\n0,"1"\n1,"2"\n', 1, ("t", "x"), ","),
+    ],
+)
+def test_delimiters_within_quotes_are_none(tmp_path, text, skip, columns, delimiter):
+    form = form_of(tmp_path, text)
+    assert (form.skip, form.columns, form.delimiter) == (skip, columns, delimiter)
+
+
+@pytest.mark.parametrize(
+    ("rows", "decimal"),
+    [
+        ('"0,000","-6,99"\n', ","),
+        ('"0,050","1"\n', ","),
+        ('"0.5","1,234"\n', "."),  # thousands beside a decimal point
+        ('"1","1,234"\n"2","12,345,678"\n', "."),  # thousands, most likely: refused as no number
+    ],
+)
+def test_decimal_commas_in_quotes(tmp_path, rows, decimal):
+    assert form_of(tmp_path, '"t","x"\n' + rows).decimal == decimal
 
 
 def test_a_bench_is_read_in_the_units_of_that_line(tmp_path):

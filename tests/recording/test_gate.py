@@ -189,6 +189,11 @@ def test_header_against_manifest():
     column = "torque_mNm"
     unit = "N m"
     scale = 0.001
+    [[channel]]
+    column = "x [mm]"
+    time = "gps [ms]"
+    name = "x"
+    unit = "m"
     """
     time = np.arange(0, 5, 0.01)
     channels = (
@@ -197,9 +202,12 @@ def test_header_against_manifest():
             name="speed [mm/s]", quantity="part.linear_velocity", component="x", target="base", unit="m/s", time=time, value=np.cos(time)
         ),
         Channel(name="torque_mNm", quantity="joint.effort", target="arm", unit="N m", time=time, value=np.cos(3 * time)),
+        Channel(name="x", quantity="part.position", component="x", target="mast", unit="m", time=time, value=np.cos(2 * time)),
     )
     found = loud(Recording(name="named", manifest=manifest, channels=channels))
-    assert {(finding.code, finding.channel) for finding in found} == {("time_unit", ""), ("header", "yaw_deg")}
+    assert {(finding.code, finding.channel) for finding in found} == {("time_unit", ""), ("header", "yaw_deg"), ("header", "x")}
+    assert {finding.detail["name"] for finding in found} == {"ms", "deg", "mm"}
+    assert sum(finding.code == "time_unit" for finding in found) == 2
 
 
 @pytest.mark.parametrize(
@@ -213,6 +221,15 @@ def test_header_against_manifest():
         ("team", "m", None),
         ("stamp_us", "s", "us"),
         ("v_mm_s", "m/s", "mm_s"),
+        ("rate z [°/s]", "rad/s", "°/s"),
+        ("angle °", "rad", "°"),
+        ("Torque [N m]", "N m", "N m"),
+        ("Force [MN]", "N", "MN"),
+        ("a [m/s²]", "m/s^2", "m/s²"),
+        ("range [in]", "m", "in"),
+        ("pos (in)", "m", None),  # a word, for all one knows
+        ("angle [%]", "rad", None),
+        ("angle [1]", "rad", None),
         ("pitch", "rad", None),
     ],
 )

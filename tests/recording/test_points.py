@@ -7,6 +7,7 @@ import pytest
 
 from rille.model import InputRefused
 from rille.model.recording import Channel, Recording
+from rille.recording.gate import gate
 from rille.recording.points import along_heading, bench_conditions, bench_setup, bench_target
 from rille.recording.points_gate import points_findings
 
@@ -129,6 +130,43 @@ def test_stuck_missing_and_copied_points_are_found():
     recording = clean()
     twice = replace(recording, channels=tuple(replace(c, value=np.tile(c.value, 2)) for c in recording.channels))
     assert [(f.code, f.detail["count"]) for f in points_findings(twice)] == [("duplicates", 60)]
+
+
+@pytest.mark.parametrize(
+    ("radius", "factor", "severity"),
+    [(0.09, 1000.0, "error"), (0.09, 5.0, "warning"), (0.09, 1.0, None), (None, 1000.0, "error"), (None, 5.0, None)],
+)
+def test_sinkage_beyond_the_wheel_is_found(radius, factor, severity):
+    """10 to 20 mm: in metres none of any wheel; five times that goes beyond the radius at some points, not beyond the diameter."""
+    setup = {} if radius is None else {"wheel": {"radius": radius, "width": 0.1, "grouser_height": 0.0}}
+    found = points_findings(changed(clean(**setup), "sinkage", lambda value: factor * value))
+    assert [(f.code, f.severity, f.channel) for f in found] == ([("range", severity, "sinkage")] if severity else [])
+
+
+def test_sinkage_from_some_mark_is_not_judged():
+    recording = clean(wheel={"radius": 0.09, "width": 0.1}, unknown_zero=["sinkage"])
+    assert points_findings(changed(recording, "sinkage", lambda value: value + 0.3)) == ()
+
+
+@pytest.mark.parametrize(("radius", "width", "count"), [(90.0, 100.0, 2), (0.09, 1e-4, 1), (0.09, 0.1, 0), (2.0, 1.2, 0)])
+def test_a_wheel_in_another_unit_is_found(radius, width, count):
+    found = points_findings(clean(wheel={"radius": radius, "width": width, "grouser_count": 0, "grouser_height": 0.0}))
+    assert [(f.code, f.severity, f.channel) for f in found] == count * [("range", "error", "")]
+    assert not radius > 5 or 'radius = "90 mm"' in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("column", "unit", "name", "factor"),
+    [("Torque [Nm]", "mN m", "", 1e3), ("Sinkage [mm]", "m", "sinkage", 1e-3), ("Torque [N m]", "N m", "", None)],
+)
+def test_the_unit_in_a_columns_name_is_checked_as_of_recordings(column, unit, name, factor):
+    manifest = f'[[channel]]\ncolumn = "{column}"\nunit = "{unit}"\n' + (f'name = "{name}"\n' if name else "")
+    own = "sinkage" if "Sinkage" in column else "drive_torque"
+    recording = clean()
+    named = tuple(replace(c, name=name or column) if c.name == own else c for c in recording.channels)
+    (found,) = gate([replace(recording, manifest=manifest, channels=named)])
+    assert [(f.code, f.severity, f.channel) for f in found] == ([("header", "error", name or column)] if factor else [])
+    assert not factor or found[0].detail["factor"] == pytest.approx(factor)
 
 
 @pytest.mark.parametrize("seed", range(50))

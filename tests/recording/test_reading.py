@@ -113,6 +113,59 @@ def test_dates_are_stamps(tmp_path):
     assert np.diff(stamps["t"]).tolist() == [250_000_000]
 
 
+@pytest.mark.parametrize("zone", ["", "Z", "+00:00", "+0000", "+00", " UTC", " GMT", " Z", "-02", " +02:00"])
+@pytest.mark.parametrize("spelling", ["2024-05-01T{}:00:00.{}", "2024-05-01 {}:00:00,{}", "2024/05/01 {}:00:00.{}"])
+def test_dates_are_read_however_they_are_spelt(tmp_path, spelling, zone):
+    """250 ms apart, with decimal commas beside a comma in the date."""
+    rows = "".join(f"{spelling.format(10, part)}{zone};{a}\n" for part, a in (("000", "1,5"), ("250", "2,5")))
+    (tmp_path / "d.csv").write_text(f"t;a\n{rows};\n")
+    stamps, columns = gather(open_source(tmp_path / "d.csv"), Wanted(clocks={"t": ("a",)}))
+    shift = {"-02": 12, " +02:00": 8}.get(zone, 10)
+    assert stamps["t"].tolist() == [np.datetime64(f"2024-05-01T{shift:02d}:00:00.{part}", "ns").astype(int) for part in ("000", "250")]
+    assert columns["a"].tolist() == [1.5, 2.5]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        ("2024-05-01T10:00:00", "2024-05-01T10:00:01Z", "says its zone, unlike the first; write all with a zone"),
+        ("2024-05-01T10:00:00Z", "2024-05-01T10:00:01", "says no zone, unlike the first"),
+        ("2024-05-01T10:00:00", "2024-02-30T10:00:01", "no calendar has; dates are read as 2024-03-31T00:59:55.005Z"),
+        ("2024-05-01T10:00:00", "0001-02-03T10:00:01", "is beyond what time stamps hold .1678 to 2261"),
+        ("2024-05-01T10:00:00", "2024-05-01T10:00:60", "is beyond .* seconds below 60"),
+        ("2024-05-01T10:00:00", "1.5.2024 10:00:01", "is no date; dates are read as"),
+        ("2024-05-01T10:00:00", "17", "is no date"),
+        ("0.5", "2024-05-01T10:00:00", "is no number; dates are read as"),
+    ],
+)
+def test_a_date_that_cannot_be_read_is_told_with_its_line(tmp_path, first, second, words):
+    (tmp_path / "d.csv").write_text(f"t,a\n{first},1\n{second},2\n")
+    with pytest.raises(InputRefused, match=f"line 3, column 't' of .* is '{second}', which {words}"):
+        gather(open_source(tmp_path / "d.csv"), Wanted(clocks={"t": ("a",)}))
+
+
+def test_two_decimal_marks_are_told(tmp_path):
+    """A comma anywhere in the beginning decides."""
+    (tmp_path / "d.csv").write_text("t;a\n0;1.5\n1;0,5\n")
+    with pytest.raises(InputRefused, match=r"line 2, column 'a' of .* is '1.5', which has a decimal point, unlike .*; write all with one"):
+        gather(open_source(tmp_path / "d.csv"), Wanted(clocks={"t": ("a",)}))
+
+
+def test_commas_in_quotes_are_no_delimiters(tmp_path):
+    (tmp_path / "d.csv").write_text('t,x,note\n0.0,-6.5,"ok, moving"\n0.5,-6.25,"ok, moving"\n')
+    stamps, columns = gather(open_source(tmp_path / "d.csv"), Wanted(clocks={"t": ("x",)}))
+    assert (stamps["t"].tolist(), columns["x"].tolist()) == ([0, 0.5], [-6.5, -6.25])
+    (tmp_path / "q.csv").write_text('"t","x"\n"0,000","-6,500"\n"0,500","-6,250"\n')
+    stamps, columns = gather(open_source(tmp_path / "q.csv"), Wanted(clocks={"t": ("x",)}))
+    assert (stamps["t"].tolist(), columns["x"].tolist()) == ([0, 0.5], [-6.5, -6.25])
+
+
+def test_decimal_commas_after_a_long_rest(tmp_path):
+    (tmp_path / "d.csv").write_text("t;x\n" + "".join(f"{k};0\n" for k in range(20_000)) + "20000;0,25\n")
+    _, columns = gather(open_source(tmp_path / "d.csv"), Wanted(clocks={"t": ("x",)}))
+    assert columns["x"][-2:].tolist() == [0, 0.25]
+
+
 def test_durations_are_stamps(tmp_path):
     table = pa.table({"t": pa.array([0, 1500], pa.duration("us")), "a": pa.array([1.0, 2.0])})
     pq.write_table(table, tmp_path / "d.parquet")

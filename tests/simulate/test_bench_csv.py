@@ -1,8 +1,11 @@
 """Tables of a wheel bench are read however they are written."""
 
+import numpy as np
 import pytest
 
+from rille.cli.rig import read_points
 from rille.model import InputRefused
+from rille.model.bench import BenchWheel
 from rille.simulate import bench_columns, read_bench_csv
 from rille.simulate.bench_file import _unit
 
@@ -84,3 +87,42 @@ def test_what_is_stated_needs_no_guess(tmp_path):
     assert read_bench_csv(path, {"load": "load_kN"}).load[0] == 2000
     assert read_bench_csv(path, {"load": "Fz_kg:kgf"}).load[0] == pytest.approx(3 * 9.80665)
     assert read_bench_csv(path, {"load": "64.7:N"}).load[0] == 64.7
+
+
+HEADER = "load_N,slip,drawbar_pull_N,sinkage_mm\n"
+
+
+@pytest.mark.parametrize(
+    ("row", "fields"), [("25,0.24,5.6030,1,0.87", 5), ("25,0.24", 2), ("25,0.24,5.6,9,", 5)], ids=["shifted", "short", "long"]
+)
+def test_a_row_with_other_fields_than_the_header_is_refused(tmp_path, row, fields):
+    with pytest.raises(InputRefused, match=f"line 3 of .* has {fields} fields, the header has 4"):
+        read_bench_csv(table(tmp_path, f"{HEADER}25,0.1,2,9\n{row}\n25,0.3,6,9\n"))
+
+
+def test_copies_of_rows_are_no_repeats(tmp_path, capsys):
+    """Of 2 rows that are there again only one is left; a row that differs in any column of the file is a repeat."""
+    rows = "25,0.1,2,9,a\n25,0.2,3,9,a\n25,0.1,2,9,b\n25,0.2,3,9,a\n"
+    path = table(tmp_path, f"load_N,slip,drawbar_pull_N,sinkage_mm,run\n{rows}")
+    assert read_bench_csv(path).slip_ratio.tolist() == [0.1, 0.2, 0.1]
+    assert len(read_points(path, None, None, BenchWheel(radius=0.09, width=0.1))) == 3
+    assert "1 rows of" in (told := capsys.readouterr().err)
+    assert "line 5 is line 3" in told
+
+
+def test_words_for_nothing_are_those_of_recordings(tmp_path):
+    points = read_bench_csv(table(tmp_path, f"{HEADER}25,0.1,null,9\n25,0.2,n/a,9\n25,0.3,3,9\n"))
+    assert np.isnan(points.drawbar_pull).tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize(("unit", "grousers", "told"), [("m", 0.0, "refused"), ("cm", 0.0, "told"), ("cm", 0.01, ""), ("mm", 0.0, "")])
+def test_sinkage_beyond_the_wheel_is_told(tmp_path, capsys, unit, grousers, told):
+    """9 to 9.5 of a unit, on a wheel of 90 mm: metres are beyond the diameter, 9.5 cm beyond the radius without grousers of 10 mm."""
+    path = table(tmp_path, f"load_N,slip,sinkage_{unit}\n25,0.1,9\n25,0.2,9.5\n")
+    wheel = BenchWheel(radius=0.09, width=0.1, grouser_height=grousers)
+    if told == "refused":
+        with pytest.raises(InputRefused, match=r"9.5 m as sinkage of a wheel whose radius is 0.09 m.*--column sinkage=NAME:mm"):
+            read_points(path, None, None, wheel)
+    else:
+        read_points(path, None, None, wheel)
+        assert ("0.095 m as sinkage" in capsys.readouterr().err) == bool(told)

@@ -60,7 +60,7 @@ def bench(
     loads = [find_load(text, g) for text in (load or ["30 N"])]
     rows += simulate.effect_rows([find_effect(text) for text in (effect or [])], store.effect_kinds())
     angle = angle_with_unit(slip_angle, "slip angle")
-    points = None if measured is None else read_points(measured, column, where)
+    points = None if measured is None else read_points(measured, column, where, shape)
     method: Any = "dynamic" if dynamic else "quasi_static"
     grid = np.array([(w, s) for w in loads for s in slips])
     laws = law or ["bekker_wong"]

@@ -122,11 +122,27 @@ def find_effect(text: str) -> "Effect":
     return effect
 
 
-def read_points(path: Path, column: list[str] | None, where: list[str] | None) -> "BenchPoints":
-    """Measured points of a CSV with the options of the command line."""
+def read_points(path: Path, column: list[str] | None, where: list[str] | None, wheel: "BenchWheel") -> "BenchPoints":
+    """Measured points of a CSV with the options of the command line; says which rows are copies, and a sinkage beyond the wheel."""
     from rille import simulate
+    from rille.model import InputRefused
+    from rille.recording.points_gate import buried, too_deep
+    from rille.simulate.bench_file import copied_lines
 
-    return simulate.read_bench_csv(path, assignments(column, EXAMPLE), assignments(where, EXAMPLE))
+    chosen = assignments(where, EXAMPLE)
+    points = simulate.read_bench_csv(path, assignments(column, EXAMPLE), chosen)
+    reach = wheel.radius + wheel.grouser_height
+    told = too_deep(points.sinkage, reach)
+    if told is not None:
+        sentence = f"'{path}' {told}; is its unit right? State it: --column sinkage=NAME:mm"
+        if buried(points.sinkage, reach):
+            raise InputRefused(sentence)
+        say(sentence)
+    copies = copied_lines(path, chosen)
+    if copies:
+        line, other = next(iter(copies.items()))
+        say(f"{len(copies)} rows of '{path}' are copies, which are no repeats and are left out (line {line} is line {other})")
+    return points
 
 
 def tell_columns(path: Path, column: list[str] | None) -> None:

@@ -133,7 +133,7 @@ def fit(
     prior = pick_soil(_known(None), soil)
     wheel = wheel_of(radius, width, grousers)
     rows = simulate.effect_rows([find_effect(text) for text in effect or []], store.effect_kinds())
-    points = read_points(data, column, where)
+    points = read_points(data, column, where, wheel)
     for text in only or []:
         points = points.where(_meets(points, text))
         if len(points) == 0:

@@ -9,14 +9,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rille.model.errors import InputRefused
-from rille.model.quantity import is_unit
+from rille.model.unit_names import names_unit
 
 HEAD = 1 << 16  # bytes that are looked at
+BLOCK = 1 << 20  # bytes at once, where the beginning holds whole numbers only
 DELIMITERS = (",", ";", "\t", "|")
 PREAMBLE = 100  # lines before the header
 COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")  # a number with a decimal comma
+POINT = re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d+)?")
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")  # as spreadsheets write them, in quotes, between commas
+NO_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "null", "NULL", "None", "NA", "N/A", "n/a", "#N/A", "-")  # where one is missing
 NO_UNIT = ("", "-", "1", "[-]", "[1]", "[]", "(-)")  # in a line of units
 LINE_END = re.compile(r"\r\n|\r|\n")  # str.splitlines knows others, which no reader of tables does
+QUOTED = re.compile(r'(^|[,;\t|])"(?:[^"]|"")*"(?=[,;\t|]|$)')  # a cell in quotes
 OPENED = re.compile(r'(?:^|[,;\t|])\s*"')  # a cell that begins with a quote
 CELL_LINES = 5  # of a name in quotes that holds line ends
 
@@ -64,7 +69,8 @@ def csv_form(path: Path) -> CsvForm:
     named = _commented_header(lines, first)
     if named is not None:
         first, lines[named[0]] = named
-    counts = {delimiter: lines[first].count(delimiter) for delimiter in DELIMITERS}
+    _, header = next(_whole(lines, first, len(lines)))
+    counts = {delimiter: _count(header, delimiter) for delimiter in DELIMITERS}
     delimiter = max(counts, key=lambda d: (counts[d], -DELIMITERS.index(d)))
     if not counts[delimiter] and len(lines) > first + 1 and lines[first].count(" ") == lines[first + 1].count(" "):
         delimiter = " "
@@ -80,7 +86,9 @@ def csv_form(path: Path) -> CsvForm:
     if units is not None:
         columns = tuple(f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in zip(columns, units, strict=True))
         skip, rows = numbered[1][0], rows[1:]
-    decimal = "," if delimiter != "," and any(COMMA.fullmatch(cell) for row in rows[1:] for cell in row) else "."
+    decimal = _decimal([cell for row in rows[1:] for cell in row], delimiter)
+    if decimal is None:
+        decimal = "." if whole else _decimal_beyond(path, delimiter, head.rfind(b"\n") + 1)
     return CsvForm(delimiter=delimiter, decimal=decimal, encoding=encoding, skip=skip, columns=columns, rows=rows[1:])
 
 
@@ -92,7 +100,7 @@ def _header(lines: Sequence[str], first: int) -> int:
     filled = [(k, line) for k, line in _whole(lines, first, min(len(lines), first + PREAMBLE)) if line.strip()]
     for (here, names), (_, below) in itertools.pairwise(filled):
         for delimiter in DELIMITERS:
-            if 0 < names.count(delimiter) == below.count(delimiter):
+            if 0 < _count(names, delimiter) == _count(below, delimiter):
                 return first if _numbers(names, delimiter) else here
     return first
 
@@ -114,23 +122,56 @@ def _commented_header(lines: Sequence[str], first: int) -> tuple[int, str] | Non
     if above is None or lines[above].lstrip()[0] not in "#%":
         return None
     names = lines[above].lstrip().lstrip("#%").strip()
-    alike = (d for d in (*DELIMITERS, " ") if 0 < names.count(d) == lines[first].count(d))
+    alike = (d for d in (*DELIMITERS, " ") if 0 < _count(names, d) == _count(lines[first], d))
     return (above, names) if any(_numbers(lines[first], d) and not _numbers(names, d) for d in alike) else None
 
 
+def _count(line: str, delimiter: str) -> int:
+    """Delimiters of a line, but for those within the quotes of a cell."""
+    return QUOTED.sub(r"\1", line).count(delimiter)
+
+
 def _numbers(line: str, delimiter: str) -> bool:
-    cells = [cell.strip().replace(",", ".") for cell in line.split(delimiter)]
+    cells = [cell.strip().replace(",", ".") for cell in next(csv.reader([line], delimiter=delimiter), [])]
     return all(not cell or is_number(cell) for cell in cells)
 
 
+def _decimal(cells: Sequence[str], delimiter: str) -> str | None:
+    """Decimal mark of the cells; None if all numbers are whole. Between commas as delimiters, a comma may stand for thousands."""
+    commas = [cell for cell in cells if COMMA.fullmatch(cell)]
+    points = any(POINT.fullmatch(cell) for cell in cells)
+    if delimiter == "," and (points or all(THOUSANDS.fullmatch(cell) for cell in commas)):
+        commas = []
+    return "," if commas else "." if points else None
+
+
+def _decimal_beyond(path: Path, delimiter: str, begin: int) -> str:
+    """Decimal mark of the first number that has one, from a byte on; a point if all numbers are whole. begin : of a line."""
+    if delimiter == ",":
+        return "."
+    edge = re.escape(delimiter)
+    number = re.compile(rf'(?:^|["{edge}\r\n]) *[-+]?\d*([.,])\d+(?:[eE][-+]?\d+)? *(?:["{edge}\r\n]|$)'.encode())
+    with path.open("rb") as file:
+        file.seek(begin)
+        while block := file.read(BLOCK) + file.readline():
+            if found := number.search(block):
+                return found[1].decode()
+    return "."
+
+
 def _units(rows: Sequence[Sequence[str]]) -> tuple[str, ...] | None:
-    """Units in the first of the rows, "" of what has none; None if that row is no line of units above numbers."""
+    """Units in the first of the rows, "" of what has none; None if that row is no line of units above numbers.
+
+    At least half of the words above numbers must be units; the others are taken for units that rille does not know.
+    """
     if len(rows) < 2 or len(rows[0]) != len(rows[1]):
         return None
     units = tuple("" if cell in NO_UNIT else cell.strip("[]() ") for cell in rows[0])
     told = [k for k, unit in enumerate(units) if unit]
-    below = [rows[1][k].replace(",", ".") for k in told]
-    return units if told and all(is_number(cell) for cell in below) and all(is_unit(units[k]) for k in told) else None
+    above_numbers = all(is_number(rows[1][k].replace(",", ".")) for k in told)
+    if not told or not above_numbers or any(units[k] in NO_NUMBER or is_number(units[k]) for k in told):
+        return None
+    return units if 2 * sum(names_unit(units[k]) for k in told) >= len(told) else None
 
 
 def _decoded(head: bytes) -> tuple[str, str]:
@@ -142,10 +183,15 @@ def _decoded(head: bytes) -> tuple[str, str]:
     return head.decode("latin-1"), "latin-1"
 
 
-def is_number(text: str) -> bool:
-    """Whether a cell is a number, with a decimal point."""
+def is_number(text: str, decimal: str = ".") -> bool:
+    """Whether a cell is a number. decimal : its decimal mark."""
     try:
-        float(text)
+        float(text if decimal == "." else text.replace(".", "?").replace(decimal, "."))
     except ValueError:
         return False
     return True
+
+
+def other_fields(path: Path, line: int, row: Sequence[str], columns: Sequence[str]) -> str:
+    """The sentence for a row that has more or fewer fields than the header."""
+    return f"line {line} of '{path}' has {len(row)} fields, the header has {len(columns)}; is the file complete?"

@@ -1,25 +1,24 @@
 """A draft of a manifest from what a file holds; every guess says why, and what is unknown is ignored until a person fills it in."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import SequenceMatcher
 from pathlib import Path
 
 import numpy as np
 
 from rille.model.errors import InputRefused
+from rille.model.quantity import to_si
 from rille.model.recording import QUANTITIES
 from rille.model.sheet import data_folder, toml_string
 from rille.recording.columns import Targets
-from rille.recording.guess import Guess, guess_column, guess_field, split_unit, words_of
+from rille.recording.guess import Guess, guess_column, guess_field, is_time_unit, may_be_time, says_time, split_unit
+from rille.recording.names import contradicting, meant, nearest, number_alone, words_of
+from rille.recording.reading import Wanted, open_source, timed
 from rille.recording.reading.survey import FEW, Facts, Survey, message_fields, survey
 from rille.recording.stamps import LARGEST_START
 
-ALIKE = 0.5  # names that resemble each other at least so much may mean the same thing
-TIME_WORDS = ("time", "t", "stamp", "timestamp", "secs", "seconds", "datetime", "date")
 LONGER = 100.0  # a time that ends so much later than the first counts in another unit
-TIME_UNITS = {"s": "s", "ms": "ms", "us": "us", "ns": "ns", "min": "min"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,16 +80,17 @@ def _reference(path: Path, manifest: Path) -> str:
 
 def _clock(found: Survey, path: Path) -> tuple[Facts, list[str], list[str]]:
     """The column of the time, and the tables that say so."""
-    candidates = [facts for facts in found.columns if facts.kind in ("number", "date")]
-    named = [facts for facts in candidates if _named_time(facts)]
-    rising = [facts for facts in candidates if _rises(facts)]
-    chosen = next(iter([f for f in named if f in rising or f.kind == "date"] or named or rising), None)
+    dates = sorted((facts for facts in found.columns if facts.kind == "date"), key=lambda facts: not says_time(facts.name))
+    numbers = [facts for facts in found.columns if facts.kind == "number" and may_be_time(facts.name)]
+    told = [(facts, _rising_share(facts, path)) for facts in (*dates, *(facts for facts in numbers if says_time(facts.name)))]
+    ranked = [facts for least in (1.0, 0.5, 0.0) for facts, share in told if share >= least]
+    chosen = next(iter([*ranked, *(facts for facts in numbers if _rises(facts))]), None)
     if chosen is None:
         raise InputRefused(
-            f"no column of '{path}' is named like a time or rises from row to row ({', '.join(f.name for f in found.columns[:6])}); "
-            "add a column of the time, or write the manifest by hand"
+            f"no column of '{path}' holds dates, is named like a time, or rises from row to row without the name of something else "
+            f"({', '.join(f.name for f in found.columns[:6])}); add a column of the time, or write the manifest by hand"
         )
-    why = "of its name" if chosen in named else "its values rise from row to row"
+    why = "of its name" if says_time(chosen.name) else "it holds dates" if chosen.kind == "date" else "its values rise from row to row"
     lines, split = [], _split(found, chosen)
     if split:
         names = ", ".join(toml_string(name) for name in split)
@@ -102,14 +102,23 @@ def _clock(found: Survey, path: Path) -> tuple[Facts, list[str], list[str]]:
         return chosen, split, [*lines, 'origin = "first"  # guess: because it holds dates']
     unit, why = _time_unit(chosen)
     lines.append(f'unit = "{unit}"  # guess: because {why}')
-    first = chosen.values[np.isfinite(chosen.values)][:1] * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}[unit]
+    first = chosen.values[np.isfinite(chosen.values)][:1] * to_si(f"1 {unit}", "time", f"unit of '{chosen.name}'")
     if len(first) and abs(first[0]) > LARGEST_START:
         lines.append(f'origin = "first"  # guess: because it begins at {first[0]:.6g} s, counted from some epoch')
     return chosen, split, lines
 
 
-def _named_time(facts: Facts) -> bool:
-    return bool(set(words_of(split_unit(facts.name)[0])) & set(TIME_WORDS))
+def _rising_share(facts: Facts, path: Path) -> float:
+    """Share of the first steps of a column by which it rises: 1 of a time, less where it begins anew, 0 of the day of a calibration."""
+    times = facts.values
+    if facts.kind == "date":
+        try:
+            piece = next(iter(open_source(path).pieces(Wanted(clocks={facts.name: ()}))), None)
+        except InputRefused:  # something among them is no date
+            return 0.0
+        times = times if piece is None else piece.time
+    steps = np.diff(times[timed(times)])
+    return float(np.mean(steps > 0)) if len(steps) else 1.0
 
 
 def _rises(facts: Facts, least: int = 3) -> bool:
@@ -125,13 +134,11 @@ def _clocks(found: Survey, clock: Facts, split: Sequence[str]) -> list[Facts]:
     unit, first, last = _time_unit(clock)[0], float(np.nanmin(clock.values)), float(np.nanmax(clock.values))
 
     def fits(facts: Facts) -> bool:
-        if facts.kind != "number" or not _named_time(facts) or not _rises(facts, least=1):
+        if facts.kind != "number" or not says_time(facts.name) or not _rises(facts, least=1):
             return False
         begin, end = float(np.nanmin(facts.values)), float(np.nanmax(facts.values))
         own = split_unit(facts.name)[1]
-        return (
-            begin <= last and end >= first and end - first < LONGER * (last - first) and (own not in TIME_UNITS or TIME_UNITS[own] == unit)
-        )
+        return begin <= last and end >= first and end - first < LONGER * (last - first) and (own == unit or not is_time_unit(own))
 
     return [facts for facts in found.columns if facts is clock or fits(facts)]
 
@@ -157,8 +164,8 @@ def _clock_of(facts: Facts, clocks: Sequence[Facts], found: Survey) -> tuple[Fac
 
 def _time_unit(facts: Facts) -> tuple[str, str]:
     _, unit, ending = split_unit(facts.name)
-    if unit in TIME_UNITS:
-        return TIME_UNITS[unit], f"of the ending '{ending}'"
+    if is_time_unit(unit):
+        return unit, f"of the ending '{ending}'"
     values = facts.values[np.isfinite(facts.values)]
     if not len(values):
         return "s", "nothing says another"
@@ -193,13 +200,18 @@ def _split(found: Survey, clock: Facts) -> list[str]:
 
 
 class _Writer:
-    """Tables ``[[channel]]`` with their reasons."""
+    """Tables ``[[channel]]`` with their reasons. from_one : whether numbers that stand for names count from 1."""
 
     def __init__(self, targets: Targets | None) -> None:
         self.targets = targets
         self.guessed: list[str] = []
         self.unknown: list[str] = []
         self.seen: dict[tuple[str, ...], str] = {}
+        self.from_one = True
+
+    def count(self, guesses: Iterable[Guess]) -> None:
+        """Look whether one of the numbers is 0: then they are those of a quaternion (q0 to q3) as well as of joints."""
+        self.from_one = 0 not in [number_alone(" ".join(guess.rest)) for guess in guesses]
 
     def channel(self, column: str, guess: Guess, note: str = "", time: str = "") -> list[str]:
         """One table. time : its line about the clock, if that is not the first."""
@@ -234,44 +246,57 @@ class _Writer:
 
     def _taken_by_its_drive(self, guess: Guess) -> Guess:
         """A command whose name says no quantity is of the one that its drive takes."""
-        if guess.quantity or guess.role != "command" or self.targets is None:
+        if guess.quantity or guess.role != "command" or self.targets is None or not self.targets.drives:
             return guess
-        rest = " ".join(guess.rest)
         drives = self.targets.drives
-        like = {drive: max(_likeness(rest, drive), _likeness(rest, joint)) for drive, joint in drives.items()}
-        drive = max(like, key=lambda name: like[name], default="")
-        if not drive or (like[drive] < ALIKE and len(drives) > 1):
-            return guess
+        named = {joint: drive for drive, joint in drives.items()} | {drive: drive for drive in drives}
+        drive, why = self._find(" ".join(guess.rest), "drive", named)
+        if not drive:
+            return replace(guess, because=f"{guess.because}, and {why}")
         quantity = self.targets.commands[drive]
         unit = guess.unit or QUANTITIES[quantity].units[self.targets.joints[drives[drive]] == "prismatic"]
         because = f"{guess.because}, and the drive '{drive}' takes {quantity}"
-        return replace(guess, quantity=quantity, unit=unit, rest=tuple(words_of(drives[drive])), because=because)
+        return replace(guess, quantity=quantity, unit=unit, rest=(drives[drive],), because=because)
 
     def _target(self, guess: Guess) -> tuple[str, str]:
         """The thing in the model that the rest of the name may mean, and why."""
         kind = QUANTITIES[guess.quantity].target
-        rest = " ".join(guess.rest)
         if self.targets is None:
             made = "_".join(guess.rest) or kind
             return (f"{kind}_{made}" if made[0].isdigit() else made), "no model was given; it must be a name of the model (--model)"
-        names = [*self.targets.named(kind)] if kind != "joint" else [*self.targets.joints]
-        if len(names) == 1:
-            return names[0], f"the model has one {kind}"
-        numbers = [int(word) for word in guess.rest if word.isdigit()]
-        ordered = [name for name in self.targets.joints if self.targets.joints[name] != "fixed"] if kind == "joint" else sorted(names)
-        best = max(names, key=lambda name: _likeness(rest, name), default="")
-        if best and _likeness(rest, best) >= ALIKE:
-            return best, f"'{rest}' resembles it"
-        if len(numbers) == 1 and 1 <= numbers[0] <= len(ordered):
-            return ordered[numbers[0] - 1], f"it is number {numbers[0]} of the model's {kind}s"
-        return "", f"no {kind} of the model resembles '{rest}' ({', '.join(sorted(names)[:6])})"
+        joints, drives = self.targets.joints, self.targets.drives
+        ordered = {"joint": [name for name in joints if joints[name] != "fixed"], "drive": [*drives]}
+        names = ordered[kind] if kind in ordered else sorted(self.targets.named(kind))
+        rest = " ".join(guess.rest)
+        target, why = self._find(rest, kind, {name: name for name in names})
+        number = number_alone(rest)
+        if target or number is None or kind not in ordered or not self.from_one or not 1 <= number <= len(names):
+            return target, why
+        counted = names[number - 1]
+        if contradicting(rest, counted) or meant(rest, names):
+            return "", why
+        return counted, f"it is number {number} of the model's {kind}s"
+
+    def _find(self, rest: str, kind: str, named: Mapping[str, str]) -> tuple[str, str]:
+        """The thing in the model that the rest of a column's name means, and why; "" for none or several. named : name -> thing."""
+        wheels = () if self.targets is None else self.targets.wheels
+        things = list(dict.fromkeys(named.values()))
+        if not things:
+            return "", f"the model has no {kind}"
+        if len(things) == 1 and not any(contradicting(rest, name, name in wheels) for name in named):
+            return things[0], f"the model has one {kind}"
+        found = list(dict.fromkeys(named[name] for name in meant(rest, named, wheels)))
+        if len(found) == 1:
+            return found[0], f"'{rest}' fits it and no other {kind}"
+        if found:
+            return "", f"'{rest}' is ambiguous: it fits {_some(found, ' and ')} equally well"
+        which = f"no {kind} of the model fits '{rest}'" if rest else f"its name does not say which {kind} of the model"
+        return "", f"{which} ({_some(nearest(rest, things), ', ')})"
 
 
-def _likeness(rest: str, name: str) -> float:
-    if not rest:
-        return 0.0
-    own = " ".join(words_of(name))
-    return 1.0 if set(own.split()) == set(rest.split()) else SequenceMatcher(None, rest, own).ratio()
+def _some(names: Sequence[str], between: str, most: int = 6) -> str:
+    """The first of some names, and how many more there are."""
+    return between.join(names[:most]) + (f"{between}{len(names) - most} more" if len(names) > most else "")
 
 
 def _comment(text: str) -> str:
@@ -280,7 +305,9 @@ def _comment(text: str) -> str:
 
 def _columns(found: Survey, clock: Facts, split: Sequence[str], writer: _Writer) -> list[str]:
     lines: list[str] = []
-    places = {(g.quantity, g.component) for g in (guess_column(facts.name) for facts in found.columns)}
+    guesses = [guess_column(facts.name) for facts in found.columns]
+    writer.count(guess for guess in guesses if guess.quantity)
+    places = {(guess.quantity, guess.component) for guess in guesses}
     falls = ("part.position", "z") in places and not places & {("part.position", "x"), ("part.position", "y")}
     clocks = _clocks(found, clock, split)
     for facts in found.columns:
@@ -312,6 +339,7 @@ def _topics(found: Survey, writer: _Writer) -> list[str]:
     for topic in found.topics:
         fields: Sequence[tuple[str, float]] = [] if topic.example is None else message_fields(topic)
         guesses = [(field, guess_field(topic.name, topic.kind, field)) for field, _ in fields]
+        writer.count(guess for _, guess in guesses)
         known = [(field, guess) for field, guess in guesses if guess.quantity or guess.role == "command"]
         if not known:
             told = ", ".join(field for field, _ in fields[:8]) or "no numbers"

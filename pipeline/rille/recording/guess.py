@@ -4,7 +4,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from rille.model.recording import ANGLES
+from rille.model.errors import InputRefused
+from rille.model.quantity import to_si
+from rille.model.recording import ANGLES, QUANTITIES
+from rille.recording.names import read_name, words_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,8 +34,10 @@ UNIT_ENDINGS = {
 }
 QUANTITY_WORDS = (
     ("wheel.slip_angle", ("slip", "angle")),
+    ("wheel.slip_ratio", ("slip", "ratio")),
     ("wheel.slip_ratio", ("slip",)),
     ("wheel.sinkage", ("sinkage",)),
+    ("wheel.drawbar_pull", ("drawbar", "pull")),
     ("wheel.drawbar_pull", ("drawbar",)),
     ("motor.current", ("current",)),
     ("motor.current", ("cur",)),
@@ -55,6 +60,12 @@ QUANTITY_WORDS = (
     ("joint.position", ("enc",)),
     ("joint.position", ("theta",)),
     ("joint.position", ("q",)),
+)
+TIME_UNITS = ("s", "ms", "us", "ns", "min")
+TIME_WORDS = (
+    *("time", "stamp", "timestamp", "datetime", "date", "clock", "epoch", "elapsed", "utc", "gmt", "sec", "secs", "second", "seconds"),
+    *("zeit", "zeitstempel", "uhrzeit", "datum", "sekunden", "temps", "heure", "horodatage", "tiempo", "hora", "fecha"),
+    *("tempo", "ora", "orario", "tijd", "tijdstip", "tid", "czas"),
 )
 TRIPLE_WORDS = ("rpy", "euler", "attitude", "orientation", "tilt", "angles")  # of a vector that is roll, pitch, yaw
 COMMAND_WORDS = ("cmd", "command", "commanded", "con", "control", "setpoint", "ref")
@@ -81,12 +92,6 @@ SI = {
     **{"part.position": "m", "part.linear_velocity": "m/s", "part.angular_velocity": "rad/s", "part.linear_acceleration": "m/s^2"},
     **{"wheel.slip_ratio": "1", "wheel.slip_angle": "rad", "wheel.sinkage": "m", "wheel.drawbar_pull": "N"},
 }
-
-
-def words_of(name: str) -> list[str]:
-    """Words of a name: parts between signs, humps and numbers, in small letters."""
-    spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
-    return [word.lower() for word in re.findall(r"[A-Za-z]+|\d+", spaced)]
 
 
 def split_unit(name: str) -> tuple[str, str, str]:
@@ -128,6 +133,44 @@ def guess_column(name: str) -> Guess:
     because = f"{' '.join(words[k] for k in sorted(used))} reads as {quantity}{'.' + component if component else ''}{why_unit}{why_role}"
     frame = "body" if quantity in BODY else "world"
     return Guess(quantity=quantity, component=component, unit=found_unit, role=role, frame=frame, rest=rest, because=because)
+
+
+def says_time(name: str) -> bool:
+    """Whether a name says that it is a time, and no unit of something else: "UTC", "time_50hz", "t"; not "t_left" or "clock [m]"."""
+    bare, unit, _ = split_unit(name)
+    words = set(words_of(bare))
+    return not _other_unit(unit) and (bool(words & set(TIME_WORDS)) or ("t" in words and not _says_what(name)))
+
+
+def may_be_time(name: str) -> bool:
+    """Whether a name leaves it open that it is a time: it says no quantity, no unit of something else, and no place on a machine."""
+    _, unit, _ = split_unit(name)
+    return says_time(name) or not (_says_what(name) or (unit and not is_time_unit(unit)))
+
+
+def _says_what(name: str) -> bool:
+    """Whether a name says a quantity, whoever may have said, wished or counted it, or a place on a machine."""
+    bare, unit, _ = split_unit(name)
+    return bool(_meaning(words_of(bare), unit)[0]) or read_name(bare).placed
+
+
+def is_time_unit(unit: str) -> bool:
+    """Whether times are told in a unit."""
+    return unit in TIME_UNITS or (bool(unit) and _measures(unit, "s"))
+
+
+def _other_unit(unit: str) -> bool:
+    """Whether a unit is one of the vocabulary's quantities, and none of time; "UTC" and "local" in brackets are no units."""
+    units = {si for quantity in QUANTITIES.values() for si in quantity.units}
+    return bool(unit) and not is_time_unit(unit) and (unit in UNIT_ENDINGS.values() or any(_measures(unit, si) for si in units))
+
+
+def _measures(unit: str, si: str) -> bool:
+    try:
+        to_si(f"1 {unit}", si, "a value")
+    except InputRefused:
+        return False
+    return True
 
 
 def _meaning(words: Sequence[str], unit: str) -> tuple[str, str, set[int]]:

@@ -339,7 +339,7 @@ class _Reader:
             return value
         name = column.channel.name
         if column.missing == "refuse":
-            row = piece.row + int(np.arange(len(piece.time))[rows][np.argmax(infinite)]) + 1
+            row = piece.number(int(np.arange(len(piece.time))[rows][np.argmax(infinite)])) + 1
             raise InputRefused(
                 f"channel '{name}' of recording '{building.recording.name}' is infinite in row {row}; "
                 'say missing = "accept" to take such values as missing'

@@ -1,6 +1,6 @@
 """The data gate for points of a wheel bench: units and signs that no wheel can have, values that are stuck or missing."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from rille.recording.points import condition_channel
 Array = NDArray[np.float64]
 FEW = 6  # points from which on a sign is judged
 SURE = 3.0  # standard errors
+WHEEL = (1e-3, 5.0)  # [m] radii and widths that wheels have
 
 
 def points_findings(recording: Recording) -> tuple[GateFinding, ...]:
@@ -21,7 +22,49 @@ def points_findings(recording: Recording) -> tuple[GateFinding, ...]:
     for channel in recording.channels:
         if channel.role != "ignore":
             found += [*_missing(channel), *_range(channel), *_stuck(channel)]
-    return (*found, *_signs(recording), *_doubles(recording))
+    return (*_wheel(recording), *found, *_depth(recording), *_signs(recording), *_doubles(recording))
+
+
+def _wheel(recording: Recording) -> Iterator[GateFinding]:
+    """A size of the wheel that is in another unit."""
+    for name in ("radius", "width"):
+        size = _sizes(recording).get(name)
+        if size is not None and not WHEEL[0] <= size <= WHEEL[1]:
+            fix = f'state its unit: {name} = "{size:g} mm"' if size > WHEEL[1] else "check its unit"
+            text = f"[bench] states a wheel with a {name} of {size:g} m, where wheels have {WHEEL[0]:g} to {WHEEL[1]:g} m; {fix}"
+            yield GateFinding(code="range", severity="error", detail={"value": size, "bounds": list(WHEEL)}, message=text)
+
+
+def _sizes(recording: Recording) -> Mapping[str, float]:
+    """Sizes of the wheel [m] by name, as far as the manifest states them."""
+    return recording.setup.get("wheel") or {}  # pyright: ignore[reportReturnType]
+
+
+def _depth(recording: Recording) -> Iterator[GateFinding]:
+    """Sinkage beyond the wheel, of that the manifest states, else of the largest that there is."""
+    sizes = _sizes(recording)
+    reach = sizes.get("radius", WHEEL[1]) + sizes.get("grouser_height", 0.0)
+    unknown_zero = recording.setup.get("unknown_zero") or ()
+    for channel in recording.with_role("observed"):
+        if channel.quantity == "wheel.sinkage" and channel.name not in unknown_zero:  # pyright: ignore[reportOperatorIssue]
+            told = too_deep(channel.value, reach)
+            if told is not None:
+                text = f"{channel.name} {told}; check the unit of both"
+                severity = "error" if buried(channel.value, reach) else "warning"
+                detail = {"value": float(np.nanmax(channel.value)), "bound": reach}
+                yield GateFinding(code="range", severity=severity, channel=channel.name, detail=detail, message=text)
+
+
+def buried(sinkage: Array, reach: float) -> bool:
+    """Whether most of the sinkages, (n,) [m], are beyond the diameter of a wheel. reach : [m] its radius with its grousers."""
+    known = sinkage[np.isfinite(sinkage)]
+    return bool(len(known)) and float(np.median(known)) > 2 * reach
+
+
+def too_deep(sinkage: Array, reach: float) -> str | None:
+    """What is to be said of sinkages, (n,) [m], beyond the radius of a wheel; None if there are none. reach : as of ``buried``."""
+    deepest = float(np.max(sinkage, where=np.isfinite(sinkage), initial=-np.inf))
+    return f"reaches {deepest:.4g} m as sinkage of a wheel whose radius is {reach:.4g} m with its grousers" if deepest > reach else None
 
 
 def _missing(channel: Channel) -> Iterator[GateFinding]:

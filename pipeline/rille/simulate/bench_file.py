@@ -10,10 +10,11 @@ import numpy as np
 
 from rille.model import BenchPoints, InputRefused, nearest_names
 from rille.model.bench import CONDITIONS, RESPONSES
-from rille.model.csv_form import LINE_END, CsvForm, csv_form
+from rille.model.csv_form import LINE_END, NO_NUMBER, CsvForm, csv_form, other_fields
 from rille.model.quantity import to_si
 
 QUANTITIES = CONDITIONS | RESPONSES
+MISSING = {word.lower() for word in NO_NUMBER}
 ALIASES = {
     "load": ("load", "vertical_load", "normal_load", "wheel_load", "vertical_force", "normal_force"),
     "slip_ratio": ("slip_ratio", "slip"),
@@ -120,7 +121,7 @@ def bench_columns(path: Path, columns: Mapping[str, str] | None = None) -> dict[
 
 
 def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: Mapping[str, str] | None = None) -> BenchPoints:
-    """Read measured points.
+    """Read measured points. Rows that are copies of another in every column of the file are no repeats, and are left out.
 
     Parameters
     ----------
@@ -130,21 +131,29 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
 
     Raises
     ------
-    InputRefused : for a missing or ambiguous column, an unknown quantity, a unit that does not fit, a value that is no number or cannot be.
+    InputRefused : for a missing or ambiguous column, an unknown quantity, a unit that does not fit, a value that is no number or cannot be,
+        a row with more or fewer fields than the header.
     """
     path = Path(path)
-    header, rows, decimal = _rows(path)
-    for column, text in (where or {}).items():
-        if column not in header:
-            raise InputRefused(f"'{path}' has no column '{column}'; {nearest_names(column, header)}")
-        rows = {line: row for line, row in rows.items() if (row.get(column) or "").strip() == text}
-    if not rows:
-        raise InputRefused(f"no row of '{path}' has {', '.join(f'{c} = {t}' for c, t in (where or {}).items())}")
+    header, rows, decimal = _rows(path, where or {})
+    copied = _copies(rows)
+    rows = {line: row for line, row in rows.items() if line not in copied}
     values = {q: np.full(len(rows), 0.0 if q == "slip_angle" else np.nan) for q in QUANTITIES}
     for quantity, source in _sources(path, header, columns or {}).items():
-        values[quantity] = _numbers(rows, quantity, source, path, decimal)
+        values[quantity] = _numbers(rows, header, quantity, source, path, decimal)
     _require_conditions(values, list(rows), path)
     return BenchPoints(**values | {"slip_ratio": np.clip(values["slip_ratio"], -1, 1)})
+
+
+def copied_lines(path: Path, where: Mapping[str, str] | None = None) -> dict[int, int]:
+    """Lines that ``read_bench_csv`` leaves out as copies, and the line that each is a copy of. where : as there."""
+    return _copies(_rows(Path(path), where or {})[1])
+
+
+def _copies(rows: Mapping[int, list[str]]) -> dict[int, int]:
+    first: dict[tuple[str, ...], int] = {}
+    seen = {line: first.setdefault(tuple(cell.strip() for cell in row), line) for line, row in rows.items()}
+    return {line: other for line, other in seen.items() if other != line}
 
 
 def _require_conditions(values: Mapping[str, np.ndarray], lines: Sequence[int], path: Path) -> None:
@@ -171,19 +180,34 @@ def _form(path: Path) -> CsvForm:
         raise InputRefused(f"'{path}' cannot be read as CSV: {error}") from error
 
 
-def _rows(path: Path) -> tuple[list[str], dict[int, dict], str]:
+def _rows(path: Path, where: Mapping[str, str]) -> tuple[list[str], dict[int, list[str]], str]:
     """Header, rows by their line in the file, and decimal sign, however the file is written (as ``rille import`` reads it)."""
+    header, rows, decimal = _table(path)
+    for column, text in where.items():
+        if column not in header:
+            raise InputRefused(f"'{path}' has no column '{column}'; {nearest_names(column, header)}")
+        place = header.index(column)
+        rows = {line: row for line, row in rows.items() if row[place].strip() == text}
+    if not rows:
+        raise InputRefused(f"no row of '{path}' has {', '.join(f'{c} = {t}' for c, t in where.items())}")
+    return header, rows, decimal
+
+
+def _table(path: Path) -> tuple[list[str], dict[int, list[str]], str]:
+    """Header, all rows by their line in the file, and decimal sign."""
     form = _form(path)
     try:
         with path.open(newline="", encoding="utf-8-sig" if form.encoding == "utf8" else form.encoding) as file:
             lines = LINE_END.split(file.read())[form.skip :]
         reader = csv.reader(lines, delimiter=form.delimiter)
-        numbered = [(form.skip + reader.line_num, row) for row in reader if row]
-        rows = {line: dict(zip(form.columns, row, strict=False)) for line, row in numbered}
+        rows = dict((form.skip + reader.line_num, row) for row in reader if row)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputRefused(f"'{path}' cannot be read as CSV: {error}") from error
     if not rows:
         raise InputRefused(f"'{path}' has no rows below its header")
+    for line, row in rows.items():
+        if len(row) != len(form.columns):
+            raise InputRefused(other_fields(path, line, row, form.columns))
     return list(form.columns), rows, form.decimal
 
 
@@ -228,14 +252,14 @@ def _source(spec: str, quantity: str, header: list[str], path: Path) -> _Source:
     return _Source(name=name, sign=sign, unit=unit or _unit(name, quantity) or _si(quantity))
 
 
-def _numbers(rows: Mapping[int, dict], quantity: str, source: _Source, path: Path, decimal: str) -> np.ndarray:
+def _numbers(rows: Mapping[int, list[str]], header: list[str], quantity: str, source: _Source, path: Path, decimal: str) -> np.ndarray:
     if source.value is not None:
         return np.full(len(rows), source.value)
     factor = source.sign * to_si(f"1 {source.unit}", _si(quantity), f"column '{source.name}' of '{path}'")
-    numbers = np.full(len(rows), np.nan)
+    numbers, place = np.full(len(rows), np.nan), header.index(source.name)
     for k, (line, row) in enumerate(rows.items()):
-        text = (row.get(source.name) or "").strip()
-        if not text or text.lower() in ("nan", "na", "-"):
+        text = row[place].strip()
+        if text.lower() in MISSING:
             continue
         try:
             numbers[k] = factor * float(text.replace(decimal, "."))

@@ -48,7 +48,7 @@ def gate(recordings: Sequence[Recording], on_progress: Progress | None = None, *
         so that one channel at a time is in memory.
     """
     if not recordings or recordings[0].kind == "points":
-        return tuple(points_findings(recording) for recording in recordings)
+        return tuple((*check_header(recording), *points_findings(recording)) for recording in recordings)
     source = Source(recordings, load)
     pairs = [related(recording.channels) for recording in source.recordings]
     found: list[list[GateFinding]] = []

@@ -16,27 +16,29 @@ def check_header(recording: Recording) -> list[GateFinding]:
         manifest: Mapping[str, Any] = tomllib.loads(recording.manifest)
     except tomllib.TOMLDecodeError:
         return []
-    found = []
     time = manifest.get("time", {})
-    if isinstance(time, dict) and isinstance(time.get("column"), str):
-        spelt, declared = spelt_unit(time["column"], "s"), _factor(time.get("unit"), "s")
-        if spelt is not None and declared is not None and not _equal(spelt[1], declared):
-            message = (
-                f"the time column '{time['column']}' is named for {spelt[0]}, but [time] says unit = \"{time['unit']}\"; "
-                'state the right one, or accept "time_unit"'
-            )
-            found.append(
-                GateFinding(code="time_unit", severity="error", detail={"name": spelt[0], "declared": time["unit"]}, message=message)
-            )
-    for entry in manifest.get("channel", []):
-        if not isinstance(entry, dict) or "scale" in entry or entry.get("role") == "ignore":
+    entries = [entry for entry in manifest.get("channel", []) if isinstance(entry, dict)]
+    stamps = [sheet.get(key) for key, sheets in (("column", [time]), ("time", entries)) for sheet in sheets]
+    found = [f for column in dict.fromkeys(stamps) if isinstance(column, str) for f in _time(column, time.get("unit"))]
+    for entry in entries:
+        if "scale" in entry or entry.get("role") == "ignore":
             continue
         column = str(entry.get("column", ""))
+        name = entry.get("name") or column
         for channel in recording.channels:
-            if channel.name == column or channel.name.startswith(f"{column} ("):
+            if channel.name == name or channel.name.startswith(f"{name} ("):
                 found += _compare(channel, column, entry.get("unit"))
                 break
     return found
+
+
+def _time(column: str, unit: object) -> list[GateFinding]:
+    spelt, declared = spelt_unit(column, "s"), _factor(unit, "s")
+    if spelt is None or declared is None or _equal(spelt[1], declared):
+        return []
+    said = f"the time column '{column}' is named for {spelt[0]}, but [time] says unit = \"{unit}\""
+    message = f'{said}; state the right one, or accept "time_unit"'
+    return [GateFinding(code="time_unit", severity="error", detail={"name": spelt[0], "declared": unit}, message=message)]
 
 
 def _compare(channel: Channel, column: str, unit: object) -> list[GateFinding]:

@@ -1,66 +1,12 @@
-"""Units as column names write them, and the factors by which units get mixed up."""
+"""The unit that a column's name says, and the factors by which units get mixed up."""
 
 import math
 import re
 
-TURN = math.pi / 180
-STANDARD_GRAVITY = 9.80665  # [m/s^2]
-SPELT = {  # SI unit: ending of a name -> factor to SI
-    "rad": {
-        "deg": TURN,
-        "degree": TURN,
-        "degrees": TURN,
-        "rad": 1.0,
-        "radians": 1.0,
-        "mrad": 1e-3,
-        "rev": 2 * math.pi,
-        "turns": 2 * math.pi,
-    },
-    "rad/s": {
-        "rpm": math.pi / 30,
-        "degps": TURN,
-        "dps": TURN,
-        "deg/s": TURN,
-        "deg_s": TURN,
-        "radps": 1.0,
-        "rad/s": 1.0,
-        "rad_s": 1.0,
-        "rps": 2 * math.pi,
-    },
-    "m": {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "um": 1e-6},
-    "m/s": {
-        "mps": 1.0,
-        "m/s": 1.0,
-        "m_s": 1.0,
-        "mmps": 1e-3,
-        "mm/s": 1e-3,
-        "mm_s": 1e-3,
-        "cm/s": 1e-2,
-        "cm_s": 1e-2,
-        "kmh": 1 / 3.6,
-        "km/h": 1 / 3.6,
-        "kph": 1 / 3.6,
-    },
-    "m/s^2": {"g": STANDARD_GRAVITY, "mg": STANDARD_GRAVITY / 1000, "mps2": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "m_s2": 1.0},
-    "N": {"n": 1.0, "kn": 1e3, "kgf": STANDARD_GRAVITY},
-    "N m": {"nm": 1.0, "n_m": 1.0, "mnm": 1e-3, "ncm": 1e-2},
-    "A": {"a": 1.0, "ma": 1e-3},
-    "V": {"v": 1.0, "mv": 1e-3},
-    "1": {"percent": 0.01, "pct": 0.01, "%": 0.01},
-    "s": {
-        "s": 1.0,
-        "sec": 1.0,
-        "secs": 1.0,
-        "seconds": 1.0,
-        "ms": 1e-3,
-        "msec": 1e-3,
-        "us": 1e-6,
-        "usec": 1e-6,
-        "ns": 1e-9,
-        "nsec": 1e-9,
-        "min": 60.0,
-    },
-}
+from rille.model.errors import InputRefused
+from rille.model.quantity import is_unit, to_si
+from rille.model.unit_names import SPELT, STANDARD_GRAVITY
+
 FACTORS = {  # value is too large by: what was probably meant
     180 / math.pi: "deg instead of rad",
     math.pi / 180: "rad instead of deg",
@@ -90,15 +36,27 @@ def nearest_factor(gain: float, within: float) -> tuple[float, str] | None:
 
 
 def spelt_unit(name: str, unit: str) -> tuple[str, float] | None:
-    """The unit that a column's name ends in or holds in brackets, and its factor to the SI ``unit``: "yaw_deg", "speed [mm/s]"."""
+    """The unit that a column's name ends in or holds in brackets, and its factor to the SI ``unit``: "yaw_deg", "speed [mm/s]".
+
+    In square brackets it may be any unit that pint knows.
+    """
     known = SPELT.get(unit, {})
-    text = name.strip().lower()
-    bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$", text)
-    endings = [bracket.group(1)] if bracket else []
-    words = [word for word in re.split(r"[\s_\-.]+", text) if word]
-    endings += ["_".join(words[-2:])] if len(words) > 2 else []
-    endings += words[-1:] if len(words) > 1 else []
-    for ending in endings:
+    bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$", name)
+    shown = bracket[1] if bracket else ""
+    words = [word for word in re.split(r"[\s_\-.]+", name.lower()) if word]
+    endings = {shown.lower(): shown, re.sub(r"[\s*·]+", "", shown.lower()): shown}
+    endings |= {ending: ending for ending in ("_".join(words[-2:]) if len(words) > 2 else "", words[-1] if len(words) > 1 else "")}
+    for ending, written in endings.items():
         if ending in known:
-            return ending, known[ending]
-    return None
+            return written, known[ending]
+    square = re.search(r"\[\s*([^\[\]]+?)\s*\]\s*$", name)
+    factor = _factor(square[1], unit) if square else None
+    return None if square is None or factor is None else (square[1], factor)
+
+
+def _factor(written: str, unit: str) -> float | None:
+    """Factor from a unit that pint knows to the SI ``unit``; None if it is no unit, or none of that quantity."""
+    try:
+        return to_si(f"1 {written}", unit, "unit") if is_unit(written) else None
+    except InputRefused:
+        return None

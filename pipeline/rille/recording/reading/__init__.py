@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from rille.model.errors import InputRefused
-from rille.recording.reading.piece import ROW, Labels, Piece, Source, Wanted
+from rille.recording.reading.piece import ROW, Labels, Piece, Source, Wanted, timed
 
 ENDINGS = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat"), "csv"),
@@ -75,4 +75,4 @@ def open_source(path: Path, stated: str | None = None) -> Source:
     return RosBagSource(path)
 
 
-__all__ = ["ROW", "Labels", "Piece", "Source", "Wanted", "format_of", "open_source"]
+__all__ = ["ROW", "Labels", "Piece", "Source", "Wanted", "format_of", "open_source", "timed"]

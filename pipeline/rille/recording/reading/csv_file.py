@@ -2,19 +2,17 @@
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rille.model.csv_form import csv_form, is_number
+from rille.model.csv_form import NO_NUMBER, csv_form, is_number, other_fields
 from rille.model.errors import InputRefused
+from rille.recording.reading.dates import DATE, EXAMPLE, LIKE, no_date, stamps_of, zoned
 from rille.recording.reading.piece import Piece, Wanted, refuse_missing
 from rille.recording.reading.table import pieces_of
 
 BLOCK = 1 << 22  # bytes of a piece
-NO_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "null", "NULL", "None", "NA", "N/A", "n/a", "#N/A", "-")
-ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
-DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
 
 
 class CsvSource:
@@ -52,16 +50,28 @@ class CsvSource:
 
         size = max(1, self.path.stat().st_size)
         row = 0
+        dates = self._dates(wanted)
         try:
-            with pa.OSFile(str(self.path)) as file, self._reader(file, wanted) as reader:
+            with pa.OSFile(str(self.path)) as file, self._reader(file, wanted, dates) as reader:
                 for batch in reader:
                     if len(batch):
-                        yield from pieces_of(batch, wanted, row, min(1.0, file.tell() / size), str(self.path))
+                        yield from pieces_of(_stamped(batch, dates), wanted, row, min(1.0, file.tell() / size), str(self.path))
                         row += len(batch)
         except pa.ArrowInvalid as error:
-            raise InputRefused(self._why(wanted, str(error))) from None
+            raise InputRefused(self._why(wanted, dates, str(error))) from None
 
-    def _reader(self, file: Any, wanted: Wanted) -> Any:
+    def _filled(self, column: str) -> list[str]:
+        """First cells of a column that are not empty."""
+        place = self.columns.index(column)
+        cells = (row[place] for row in self.form.rows if len(row) == len(self.columns))
+        return [cell for cell in cells if cell not in NO_NUMBER]
+
+    def _dates(self, wanted: Wanted) -> dict[str, bool]:
+        """The clocks that are dates, and whether the first of each says its zone."""
+        first = {clock: next(iter(self._filled(clock)), "") for clock in wanted.clocks if clock in self.columns}
+        return {clock: zoned(cell) for clock, cell in first.items() if DATE.fullmatch(cell)}
+
+    def _reader(self, file: Any, wanted: Wanted, dates: Mapping[str, bool]) -> Any:
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
 
@@ -69,12 +79,11 @@ class CsvSource:
         unique = [name if form.columns[:k].count(name) == 0 else f"{name}\0{k}" for k, name in enumerate(form.columns)]
         types: dict[str, Any] = {name: pa.float64() for name in wanted.columns}
         for clock in wanted.clocks:
-            if clock in form.columns:
-                place = form.columns.index(clock)
-                cells = [row[place] for row in form.rows if len(row) == len(form.columns)]
-                if cells and DATE.match(cells[0]):
-                    types[clock] = pa.timestamp("ns", tz="UTC" if ZONE.search(cells[0]) else None)
-                elif cells and all(re.fullmatch(r"\d{16,19}", cell) for cell in cells):  # a float has no room for these digits
+            if clock in dates:
+                types[clock] = pa.string()
+            elif clock in form.columns:
+                cells = self._filled(clock)
+                if cells and all(re.fullmatch(r"\d{16,19}", cell) for cell in cells):  # a float has no room for these digits
                     types[clock] = pa.int64()
         numbers = {*wanted.clocks, *(name for columns in wanted.clocks.values() for name in columns)}
         types |= {name: pa.dictionary(pa.int32(), pa.string()) for name in wanted.labels if name not in numbers}
@@ -84,7 +93,7 @@ class CsvSource:
         )
         return arrow_csv.open_csv(file, read, arrow_csv.ParseOptions(delimiter=form.delimiter), convert)
 
-    def _why(self, wanted: Wanted, error: str) -> str:
+    def _why(self, wanted: Wanted, dates: Mapping[str, bool], error: str) -> str:
         """The line and column at which reading failed, in one sentence."""
         names = [name for name in wanted.columns if name not in wanted.labels]
         places = {name: self.columns.index(name) for name in names}
@@ -95,10 +104,37 @@ class CsvSource:
             for row in rows:
                 line = self.form.skip + rows.line_num
                 if row and len(row) != len(self.columns):
-                    return f"line {line} of '{self.path}' has {len(row)} fields, the header has {len(self.columns)}; is the file complete?"
+                    return other_fields(self.path, line, row, self.columns)
                 for name, place in places.items() if row else ():
-                    cell = row[place].strip().replace(self.form.decimal, ".")
-                    if cell not in NO_NUMBER and not is_number(cell) and not DATE.match(cell):
-                        date = "; dates are read as 2024-03-31T00:59:55.005Z" if re.search(r"\d[:./-]\d+[:./-]\d", cell) else ""
-                        return f"line {line}, column '{name}' of '{self.path}' is '{row[place].strip()}', which is no number{date}"
+                    cell = row[place].strip()
+                    if cell in NO_NUMBER:
+                        continue
+                    fault = no_date(cell, zone=dates[name]) if name in dates else self._no_number(cell)
+                    if fault:
+                        return f"line {line}, column '{name}' of '{self.path}' is '{cell}', {fault}"
         return f"'{self.path}' cannot be read as CSV: {error}"
+
+    def _no_number(self, cell: str) -> str:
+        """Why a cell is no number, as the end of a sentence; "" if it is one."""
+        if is_number(cell, self.form.decimal):
+            return ""
+        if LIKE.search(cell):
+            return f"which is no number; dates are read as {EXAMPLE}"
+        mark = {".": "point", ",": "comma"}
+        other = "," if self.form.decimal == "." else "."
+        if is_number(cell, other):
+            return f"which has a decimal {mark[other]}, unlike the first numbers; write all with one decimal mark"
+        return "which is no number"
+
+
+def _stamped(batch: Any, dates: Mapping[str, bool]) -> Any:
+    """A batch with its columns of dates as time stamps. dates : column -> whether its dates say their zone."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    for name, zone in dates.items():
+        column = batch.column(name)
+        empty = pc.is_in(column, value_set=pa.array(NO_NUMBER))  # pyright: ignore[reportAttributeAccessIssue]
+        column = pc.if_else(empty, pa.scalar(None, pa.string()), column)  # pyright: ignore[reportAttributeAccessIssue]
+        batch = batch.set_column(batch.schema.get_field_index(name), name, stamps_of(column, zone=zone))
+    return batch

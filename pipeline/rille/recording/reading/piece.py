@@ -1,7 +1,7 @@
 """What every reader yields: samples of one clock, piece by piece, in bounded memory."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from rille.model.errors import InputRefused, nearest_names
 from rille.model.recording import Array
 
 ROW = "number of the row"  # clock of rows without a time: steady points
+NO_TIME = int(np.iinfo(np.int64).min)  # stands for the time of a sample that has none, where times are whole numbers; else NaN does
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,9 +26,10 @@ class Labels:
 class Piece:
     """Consecutive samples of one clock.
 
-    row : number of the first sample among those of the clock, from 0. time : (n,) as written. values : (n,) of each column as written, NaN
-    where there is none. tick : [s] unit of the time, where the source knows it. begin : first stamp of the whole source, where pieces of
-    several clocks alternate. done : part of the source that was read, 0 to 1.
+    row : number of the first sample of the clock, or of the first row of a table, from 0. time : (n,) as written. values : (n,) of each
+    column as written, NaN where there is none. tick : [s] unit of the time, where the source knows it. begin : first stamp of the whole
+    source, where pieces of several clocks alternate. places : (n,) which rows behind the first the samples are, where not all rows are
+    samples of this clock. done : part of the source that was read, 0 to 1.
     """
 
     clock: str
@@ -37,7 +39,27 @@ class Piece:
     labels: Mapping[str, Labels] = field(default_factory=dict)
     tick: float | None = None
     begin: int | None = None
+    places: NDArray[np.intp] | None = None
     done: float = 0.0
+
+    def number(self, k: int) -> int:
+        """Number of the row that holds sample k, from 0."""
+        return self.row + (k if self.places is None else int(self.places[k]))
+
+    def only(self, chosen: NDArray[np.intp]) -> "Piece":
+        """Those samples only: their places, (n,)."""
+        return replace(
+            self,
+            time=self.time[chosen],
+            values={name: value[chosen] for name, value in self.values.items()},
+            labels={name: Labels(code=label.code[chosen], known=label.known) for name, label in self.labels.items()},
+            places=chosen if self.places is None else self.places[chosen],
+        )
+
+
+def timed(time: NDArray[np.float64] | NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(n,) whether each sample has a time. time : (n,) as in a piece."""
+    return time != NO_TIME if np.issubdtype(time.dtype, np.integer) else np.isfinite(time)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

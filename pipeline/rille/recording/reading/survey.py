@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from rille.model.csv_form import is_number
+from rille.model.csv_form import NO_NUMBER, is_number
 from rille.model.errors import InputRefused
 from rille.model.recording import Array
 from rille.recording.reading import ROW, Wanted, format_of, open_source
 from rille.recording.reading.address import number_fields
-from rille.recording.reading.csv_file import DATE, NO_NUMBER, CsvSource
+from rille.recording.reading.csv_file import CsvSource
+from rille.recording.reading.dates import DATE
 from rille.recording.reading.messages import MessageSource
 from rille.recording.reading.parquet_file import ParquetSource
 

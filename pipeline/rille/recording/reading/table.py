@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rille.model.errors import InputRefused
 from rille.model.recording import Array
-from rille.recording.reading.piece import ROW, Labels, Piece, Wanted
+from rille.recording.reading.piece import NO_TIME, ROW, Labels, Piece, Wanted, timed
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def pieces_of(batch: "pa.RecordBatch", wanted: Wanted, row: int, done: float, file: str) -> Iterator[Piece]:
     """The samples of a batch whose first row has the number ``row``, clock by clock.
 
-    A row whose time and values are all empty is no sample of that clock.
+    A row whose time and values are all empty (null or NaN) is no sample of that clock.
 
     Raises
     ------
@@ -34,13 +34,12 @@ def pieces_of(batch: "pa.RecordBatch", wanted: Wanted, row: int, done: float, fi
         else:
             time = times_of(columns[clock], clock, file)
             tick = 1e-9 if dated(columns[clock]) else None
-            if columns[clock].null_count:
-                stamped = ~(np.isnan(time) & np.logical_and.reduce([np.isnan(value) for value in values.values()]))
-                time, values = time[stamped], {name: value[stamped] for name, value in values.items()}
-                kept = {name: Labels(code=label.code[stamped], known=label.known) for name, label in labels.items()}
-                yield Piece(clock=clock, row=row, time=time, values=values, labels=kept, tick=tick, done=done)
-                continue
-        yield Piece(clock=clock, row=row, time=time, values=values, labels=labels, tick=tick, done=done)
+        piece = Piece(clock=clock, row=row, time=time, values=values, labels=labels, tick=tick, done=done)
+        given = timed(time)
+        if given.all():
+            yield piece
+        else:
+            yield piece.only(np.flatnonzero(np.logical_or.reduce([given, *(~np.isnan(value) for value in values.values())])))
 
 
 def dated(column: "pa.Array") -> bool:
@@ -51,16 +50,14 @@ def dated(column: "pa.Array") -> bool:
 
 
 def times_of(column: "pa.Array", name: str, file: str) -> NDArray[np.float64] | NDArray[np.int64]:
-    """Times as written; time stamps with a date become int64 [ns]."""
+    """Times as written; time stamps with a date become int64 [ns]. ``NO_TIME`` or NaN where there is none."""
     import pyarrow as pa
 
     if dated(column):
-        if column.null_count:
-            raise InputRefused(f"column '{name}' of '{file}' has rows without a time; remove those rows")
         fine = pa.duration("ns") if pa.types.is_duration(column.type) else pa.timestamp("ns", column.type.tz)
-        return column.cast(fine, safe=False).cast(pa.int64()).to_numpy(zero_copy_only=False)
-    if pa.types.is_int64(column.type) and not column.null_count:
-        return column.to_numpy(zero_copy_only=False)
+        column = column.cast(fine, safe=False).cast(pa.int64())
+    if pa.types.is_int64(column.type):
+        return (column.fill_null(NO_TIME) if column.null_count else column).to_numpy(zero_copy_only=False)
     return numbers_of(column, name, 0, file)
 
 
