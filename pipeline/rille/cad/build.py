@@ -8,8 +8,8 @@ from rille import __version__
 from rille.cad.assign import FindPart, Inventory, gather
 from rille.cad.collision.shapes import body_shapes, wheel_shape
 from rille.cad.component import Component, DrawnPart
-from rille.cad.exchange.urdf_file import is_urdf
 from rille.cad.entries import is_named, positive, unique
+from rille.cad.exchange.urdf_file import is_urdf
 from rille.cad.files.assembly import Assembly, require_solids
 from rille.cad.files.reading import load_assemblies, meshes_of
 from rille.cad.frames import Frames
