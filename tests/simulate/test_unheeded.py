@@ -83,6 +83,8 @@ def test_times_that_are_no_whole_number_of_steps():
     assert unheeded(machine(), replace(scenario(), duration=0.3, step=0.1, output_interval=0.1)) == ()  # 0.3 / 0.1 is 2.9999999999999996
     ends, stored = unheeded(machine(), replace(scenario(), duration=0.1, step=0.03, output_interval=0.04))
     assert ends == "duration is 0.1 s, no whole number of steps of 0.03 s; the run ends at 0.09 s"
+    for impossible in ({"step": 0.0}, {"step": -1.0}, {"step": float("nan")}, {"duration": float("inf")}, {"duration": 0.0}):
+        assert unheeded(machine(), replace(scenario(), **impossible)) == ()  # the solver refuses these
     assert stored == "output_interval is 0.04 s, no whole number of steps of 0.03 s; states are stored every 0.03 s"
 
 

@@ -127,10 +127,12 @@ def read_points(path: Path, column: list[str] | None, where: list[str] | None, w
     from rille import simulate
     from rille.model import InputRefused
     from rille.recording.points_gate import buried, too_deep
-    from rille.simulate.bench_file import copied_lines
 
-    chosen = assignments(where, EXAMPLE)
-    points = simulate.read_bench_csv(path, assignments(column, EXAMPLE), chosen)
+    def tell(copies: Mapping[int, int]) -> None:
+        line, other = next(iter(copies.items()))
+        say(f"{len(copies)} rows of '{path}' are copies, which are no repeats and are left out (line {line} is line {other})")
+
+    points = simulate.read_bench_csv(path, assignments(column, EXAMPLE), assignments(where, EXAMPLE), on_copies=tell)
     reach = wheel.radius + wheel.grouser_height
     told = too_deep(points.sinkage, reach)
     if told is not None:
@@ -138,10 +140,6 @@ def read_points(path: Path, column: list[str] | None, where: list[str] | None, w
         if buried(points.sinkage, reach):
             raise InputRefused(sentence)
         say(sentence)
-    copies = copied_lines(path, chosen)
-    if copies:
-        line, other = next(iter(copies.items()))
-        say(f"{len(copies)} rows of '{path}' are copies, which are no repeats and are left out (line {line} is line {other})")
     return points
 
 

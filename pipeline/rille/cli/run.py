@@ -55,10 +55,11 @@ def run(
         new = sheet.name not in store.scenario_names(database)
         store.write_scenario(database, sheet, replace=force)
         name = sheet.name
-    asked = store.read_scenario(database, name)
-    asked = replace(asked, step=asked.step if step is None else step, duration=asked.duration if duration is None else duration)
-    for sentence in simulate.unheeded(rover, asked) if hooks is None and not resume else ():
-        say(f"warning: {sentence}")  # of hooks, what they command is known when they have run
+    if hooks is None and not resume:  # of hooks, what they command is known when they have run
+        asked = store.read_scenario(database, name)
+        asked = replace(asked, step=asked.step if step is None else step, duration=asked.duration if duration is None else duration)
+        for sentence in simulate.unheeded(rover, asked):
+            say(f"warning: {sentence}")
     try:
         with progress("simulating") as update:
 

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -120,7 +120,13 @@ def bench_columns(path: Path, columns: Mapping[str, str] | None = None) -> dict[
     return {quantity: source.in_words() for quantity, source in _sources(Path(path), header, columns or {}).items()}
 
 
-def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: Mapping[str, str] | None = None) -> BenchPoints:
+def read_bench_csv(
+    path: Path,
+    columns: Mapping[str, str] | None = None,
+    where: Mapping[str, str] | None = None,
+    *,
+    on_copies: Callable[[Mapping[int, int]], None] | None = None,
+) -> BenchPoints:
     """Read measured points. Rows that are copies of another in every column of the file are no repeats, and are left out.
 
     Parameters
@@ -128,6 +134,7 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
     path : CSV with a header; units from the ends of the column names (``load_N``, ``sinkage_mm``, ``slip_angle_deg``, ``slip_pct``).
     columns : quantity -> column, ``-column`` to turn its sign, ``column:unit`` to state its unit; what is left out is guessed.
     where : column -> text that rows must have there.
+    on_copies : called with the lines that are left out as copies, if there are any, and the line that each is a copy of.
 
     Raises
     ------
@@ -137,17 +144,14 @@ def read_bench_csv(path: Path, columns: Mapping[str, str] | None = None, where: 
     path = Path(path)
     header, rows, decimal = _rows(path, where or {})
     copied = _copies(rows)
+    if copied and on_copies is not None:
+        on_copies(copied)
     rows = {line: row for line, row in rows.items() if line not in copied}
     values = {q: np.full(len(rows), 0.0 if q == "slip_angle" else np.nan) for q in QUANTITIES}
     for quantity, source in _sources(path, header, columns or {}).items():
         values[quantity] = _numbers(rows, header, quantity, source, path, decimal)
     _require_conditions(values, list(rows), path)
     return BenchPoints(**values | {"slip_ratio": np.clip(values["slip_ratio"], -1, 1)})
-
-
-def copied_lines(path: Path, where: Mapping[str, str] | None = None) -> dict[int, int]:
-    """Lines that ``read_bench_csv`` leaves out as copies, and the line that each is a copy of. where : as there."""
-    return _copies(_rows(Path(path), where or {})[1])
 
 
 def _copies(rows: Mapping[int, list[str]]) -> dict[int, int]:

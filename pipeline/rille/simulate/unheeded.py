@@ -1,6 +1,7 @@
 """What a scenario asks for and a run does not do: the solver does in silence as much as it can."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 
 from rille.model import Drive, JointLimit, Pose, Rover, Scenario
 
@@ -62,11 +63,13 @@ def _velocity_in_vain(rover: Rover, scenario: Scenario) -> Iterator[str]:
 
 
 def _rounded(scenario: Scenario) -> Iterator[str]:
-    """Times of which the nearest whole number of steps is taken."""
+    """Times of which the nearest whole number of steps is taken; of times that cannot be, the solver speaks."""
     for what, time, done in (
         ("duration", scenario.duration, "the run ends at"),
         ("output_interval", max(scenario.output_interval, scenario.step), "states are stored every"),
     ):
+        if not (0 < scenario.step < math.inf and 0 < time < math.inf):
+            continue
         steps = max(1, round(time / scenario.step))
         if abs(steps * scenario.step - time) > ROUNDED * time:
             yield f"{what} is {time:g} s, no whole number of steps of {scenario.step:g} s; {done} {steps * scenario.step:g} s"
@@ -75,10 +78,9 @@ def _rounded(scenario: Scenario) -> Iterator[str]:
 def _beyond_reach(rover: Rover, scenario: Scenario) -> Iterator[str]:
     """For each drive that is commanded beyond its speed, its torque, or the range of its joint, the first such command."""
     for drive in rover.drives:
-        for command in sorted((c for c in scenario.commands if c.drive == drive.name), key=lambda c: c.time):
-            if sentence := beyond_reach(rover, drive.name, command.value, command.time):
-                yield sentence
-                break
+        given = sorted((command.time, command.value) for command in scenario.commands if command.drive == drive.name)
+        if sentence := _first_beyond(rover, drive, given):
+            yield sentence
 
 
 def beyond_reach(rover: Rover, drive: str, value: float, time: float) -> str | None:
@@ -89,18 +91,22 @@ def beyond_reach(rover: Rover, drive: str, value: float, time: float) -> str | N
     value : set value [rad/s, rad or N m; of a prismatic joint m/s, m or N]. time : [s] when it is given.
     """
     commanded = next((each for each in rover.drives if each.name == drive), None)
-    if commanded is None:
-        return None
-    limit = next(joint.limit for joint in rover.joints if joint.name == commanded.joint)
-    bound, what = _bound(commanded, limit)
+    return None if commanded is None else _first_beyond(rover, commanded, [(time, value)])
+
+
+def _first_beyond(rover: Rover, drive: Drive, given: Sequence[tuple[float, float]]) -> str | None:
+    """What is said of the first command, (time, value), that a drive cannot follow, or None."""
+    bound, what = _bound(drive, next(joint.limit for joint in rover.joints if joint.name == drive.joint))
     if bound is None:
         return None
     lower, upper = bound
     spare = EXACT * max(abs(lower), abs(upper))
-    if lower - spare <= value <= upper + spare:
-        return None
-    most, unit = upper if value > upper else lower, rover.drive_units[drive]
-    return f"drive '{drive}' is commanded {value:g} {unit} at {time:g} s, beyond {what}, {most:g} {unit}; it does no more than that"
+    for time, value in given:
+        if not lower - spare <= value <= upper + spare:
+            most, unit = upper if value > upper else lower, rover.drive_units[drive.name]
+            commanded = f"drive '{drive.name}' is commanded {value:g} {unit} at {time:g} s"
+            return f"{commanded}, beyond {what}, {most:g} {unit}; it does no more than that"
+    return None
 
 
 def _bound(drive: Drive, limit: JointLimit | None) -> tuple[tuple[float, float] | None, str]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rille.cad.exchange.writing import UNBOUNDED
 from rille.cad.exchange.xml_in import Node, read_xml
+from rille.cad.files.step_text import is_xml
 from rille.model import InputRefused, nearest_names
 from rille.model.rotation import from_rpy
 
@@ -29,10 +30,10 @@ def is_urdf(path: Path) -> bool:
         return True
     try:
         with path.open("rb") as file:
-            head = file.read(4096).lstrip(b"\xef\xbb\xbf \t\r\n")
+            head = file.read(4096)
     except OSError:
         return False  # who reads it says why not
-    return head.startswith(b"<") and b"<robot" in head
+    return is_xml(head) and b"<robot" in head
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,12 +29,17 @@ def check_step_file(path: Path) -> None:
             head = file.read(4096)
     except OSError as error:
         raise InputRefused(f"the STEP file '{path}' cannot be opened ({error.strerror}); correct its permissions") from error
-    if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+    if is_xml(head):
         raise InputRefused(
             f"'{path}' is XML, not a STEP file; of a URDF, `rille cad new {path}` drafts a sheet and `rille cad build` builds it"
         )
     if b"ISO-10303-21" not in head:
         raise InputRefused(f"'{path}' is not a STEP file: it does not begin with ISO-10303-21")
+
+
+def is_xml(head: bytes) -> bool:
+    """Whether a file that begins so is XML."""
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
 
 
 def external_files(path: Path) -> list[tuple[str, Path | None]]:
