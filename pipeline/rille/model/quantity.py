@@ -153,6 +153,14 @@ def _converted(number: float, given: str, kind: str, text: str, what: str) -> fl
     return converted
 
 
+def factor_of(unit: str, si: str) -> float | None:
+    """Factor from a unit to an SI unit: 1e-3 from "mm" to "m"; None if it is no unit, or none of that quantity."""
+    try:
+        return to_si(f"1 {unit}", si, "unit")
+    except InputRefused:
+        return None
+
+
 def is_unit(text: str) -> bool:
     """Whether a text is a unit: "deg/s", "N m"."""
     match = NUMBER_AND_UNIT.fullmatch(f"1 {text}")

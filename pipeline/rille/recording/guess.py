@@ -4,8 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from rille.model.errors import InputRefused
-from rille.model.quantity import to_si
+from rille.model.quantity import factor_of
 from rille.model.recording import ANGLES, QUANTITIES
 from rille.recording.names import read_name, words_of
 
@@ -156,21 +155,13 @@ def _says_what(name: str) -> bool:
 
 def is_time_unit(unit: str) -> bool:
     """Whether times are told in a unit."""
-    return unit in TIME_UNITS or (bool(unit) and _measures(unit, "s"))
+    return unit in TIME_UNITS or (bool(unit) and factor_of(unit, "s") is not None)
 
 
 def _other_unit(unit: str) -> bool:
     """Whether a unit is one of the vocabulary's quantities, and none of time; "UTC" and "local" in brackets are no units."""
     units = {si for quantity in QUANTITIES.values() for si in quantity.units}
-    return bool(unit) and not is_time_unit(unit) and (unit in UNIT_ENDINGS.values() or any(_measures(unit, si) for si in units))
-
-
-def _measures(unit: str, si: str) -> bool:
-    try:
-        to_si(f"1 {unit}", si, "a value")
-    except InputRefused:
-        return False
-    return True
+    return bool(unit) and not is_time_unit(unit) and (unit in UNIT_ENDINGS.values() or any(factor_of(unit, si) is not None for si in units))
 
 
 def _meaning(words: Sequence[str], unit: str) -> tuple[str, str, set[int]]:

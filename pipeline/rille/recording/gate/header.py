@@ -4,8 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from rille.model.errors import InputRefused
-from rille.model.quantity import to_si
+from rille.model.quantity import factor_of
 from rille.model.recording import Channel, GateFinding, Recording
 from rille.recording.gate.unit_names import spelt_unit
 
@@ -54,10 +53,8 @@ def _compare(channel: Channel, column: str, unit: object) -> list[GateFinding]:
 
 
 def _factor(unit: object, si: str) -> float | None:
-    try:
-        return to_si(f"1 {unit}", si, "unit") if isinstance(unit, str) else None
-    except InputRefused:  # a unit of another dimension, which a scale may mend: import judges that
-        return None
+    """As ``factor_of``: a unit of another dimension may be mended by a scale, which import judges."""
+    return factor_of(unit, si) if isinstance(unit, str) else None
 
 
 def _equal(one: float, other: float) -> bool:

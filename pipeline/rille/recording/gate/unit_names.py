@@ -3,8 +3,7 @@
 import math
 import re
 
-from rille.model.errors import InputRefused
-from rille.model.quantity import is_unit, to_si
+from rille.model.quantity import factor_of, is_unit
 from rille.model.unit_names import SPELT, STANDARD_GRAVITY
 
 FACTORS = {  # value is too large by: what was probably meant
@@ -50,13 +49,5 @@ def spelt_unit(name: str, unit: str) -> tuple[str, float] | None:
         if ending in known:
             return written, known[ending]
     square = re.search(r"\[\s*([^\[\]]+?)\s*\]\s*$", name)
-    factor = _factor(square[1], unit) if square else None
+    factor = factor_of(square[1], unit) if square and is_unit(square[1]) else None
     return None if square is None or factor is None else (square[1], factor)
-
-
-def _factor(written: str, unit: str) -> float | None:
-    """Factor from a unit that pint knows to the SI ``unit``; None if it is no unit, or none of that quantity."""
-    try:
-        return to_si(f"1 {written}", unit, "unit") if is_unit(written) else None
-    except InputRefused:
-        return None
