@@ -125,7 +125,7 @@ def test_a_bench_is_read_in_the_units_of_that_line(tmp_path):
 
 def test_a_recording_is_drafted_and_read_in_them(tmp_path):
     """50 samples, 10 ms apart, of up to 6 degrees."""
-    (tmp_path / "r.csv").write_text("time,angle\nms,deg\n" + "".join(f"{10 * k},{k % 7}\n" for k in range(50)), encoding="utf-8")
+    (tmp_path / "r.csv").write_text("time,angle\nms,deg\n" + "".join(f"{10 * k},{abs(k % 12 - 6)}\n" for k in range(50)), encoding="utf-8")
     rille = str(Path(sys.executable).parent / "rille")
     for command in (["record", "new", "r.csv", "-o", "r.toml"], ["import", "r.toml", "-o", "r.db"]):
         subprocess.run([rille, *command], check=True, capture_output=True, timeout=120, cwd=tmp_path)

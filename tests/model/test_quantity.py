@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rille.model import InputRefused
-from rille.model.quantity import SI_UNITS, USUAL, angle_with_unit, to_si
+from rille.model.quantity import SI_UNITS, USUAL, angle_with_unit, is_unit, to_si
 
 SI = [(unit, unit) for unit in (*SI_UNITS.values(), "Pa s/m", "1/m^2")]
 
@@ -22,6 +22,14 @@ def test_usual_units_are_pints(unit, si):
     values = [*random.uniform(-1000, 1000, 200), *range(-20, 20), *np.round(random.uniform(0, 10, 100), 2), 1e-9, 3e8]
     for value in values:
         assert to_si(f"{value} {unit}", si, "it") == float(registry.Quantity(f"{value} {unit}").m_as(si))
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "number"), [("9.81 m/s2", "acceleration", 9.81), ("3 kg/m3", "density", 3), ("2 cm2", "m^2", 2e-4), ("1e2 m", "m", 100)]
+)
+def test_powers_without_a_sign_are_read_as_headers_have_them(text, si, number):
+    assert to_si(text, si, "it") == pytest.approx(number, rel=1e-15)
+    assert is_unit(text.split()[1])
 
 
 def test_usual_units_need_no_pint():

@@ -135,6 +135,9 @@ def test_corrections(tmp_path):
         ('kind = "cut"\nreason = "x"', "needs start, end or both"),
         ('kind = "cut"\nstart = 1e4\nreason = "x"', "no samples left"),
         ('kind = "drop_samples"\nchannel = "w"\nstart = 1\nreason = "x"', "names the channel 'w'"),
+        ('kind = "unwrap"\nby = "1 rad"\nreason = "x"', "needs the channel whose values"),
+        ('kind = "unwrap"\nchannel = "q"\nreason = "x"', "needs 'by'"),
+        ('kind = "unwrap"\nchannel = "q"\nby = "0 rad"\nreason = "x"', "it must be larger than 0"),
         ('kind = "sort"\nclock = "tt"\nreason = "x"', "names the clock 'tt'; did you mean 't'"),
         ('kind = "sort"\nby = 1\nreason = "x"', "has 'by', which has no meaning there"),
     ):

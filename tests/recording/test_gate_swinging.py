@@ -54,6 +54,25 @@ def test_a_clock_in_minutes_is_one():
     assert "minutes and seconds" in finding.message
 
 
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("bias", [0.0, 0.15])
+def test_a_bias_is_told_from_a_gain_that_was_not_found_exactly(bias, seed):
+    """A wheel that turns at 3 rad/s and a little more or less: what its gain is off by, times 3, is no bias. 20 standard errors."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(3000) * 0.01
+    pace, size = rng.uniform(0.5, 3.0, (3, 1)), rng.uniform(0.05, 0.3, (3, 1))
+    phase = pace * time + np.arange(3)[:, None]
+    angle = 3.0 * time + (size / pace * np.sin(phase)).sum(axis=0) + 0.005 * rng.normal(size=len(time))
+    speed = 3.0 + (size * np.cos(phase)).sum(axis=0) + bias + 0.05 * rng.normal(size=len(time))
+    channels = (
+        Channel(name="angle", quantity="joint.position", target="hinge", unit="rad", time=time, value=angle),
+        Channel(name="speed", quantity="joint.velocity", target="hinge", unit="rad/s", time=time, value=speed),
+    )
+    findings = gate([Recording(name="turn", channels=channels)])[0]
+    assert [finding.code for finding in findings] == (["bias"] if bias else [])
+    assert not bias or findings[0].detail["bias"] == pytest.approx(bias, abs=0.01)
+
+
 @pytest.mark.parametrize(("noise", "codes"), [(1.0, []), (1.6, []), (3.0, ["noise", "noise"])])
 def test_noise_that_is_stated_too_small_is_told(noise, codes):
     """Three times the noise: 6 mrad and 30 mrad/s, to 10 %. What is within twice as much may be chance, or the motion."""
@@ -71,6 +90,30 @@ def test_a_wrapped_angle_is_told():
     findings = swing(change=wrap)
     assert [finding.code for finding in findings] == ["wrapped"]
     assert findings[0].detail["count"] >= 12  # 80 rad
+
+
+@pytest.mark.parametrize("period", [0.7, 2 * np.pi / 5, 16.0])
+@pytest.mark.parametrize("pace", [4.0, -4.0])
+def test_an_encoder_that_begins_anew_after_another_angle(period, pace):
+    """Behind a gear, or with a short counter: its angle is off by a whole number of jumps that nobody sees in the values themselves."""
+
+    def roll(channel: Channel) -> Channel:
+        turned = channel.value + pace * channel.time if channel.name == "angle" else channel.value + pace
+        return replace(channel, value=turned % period if channel.name == "angle" else turned)
+
+    errors = [finding for finding in swing(change=roll) if finding.severity == "error"]
+    assert [(finding.code, finding.channel) for finding in errors] == [("rollover", "angle")], [finding.message for finding in errors]
+    assert abs(errors[0].detail["period"] - period) < 4 * errors[0].detail["error"] + 1e-3 * period
+
+
+def test_a_joint_that_is_switched_to_and_fro_has_no_encoder_that_begins_anew():
+    """It stands between its jumps."""
+
+    def switch(channel: Channel) -> Channel:
+        way = 0.4 * np.sign(np.sin(2.0 * channel.time)) + 0.002 * np.sin(31.0 * channel.time)
+        return replace(channel, value=way if channel.name == "angle" else 0.062 * np.cos(31.0 * channel.time))
+
+    assert [finding.message for finding in swing(change=switch) if finding.code == "rollover"] == []
 
 
 def test_needles_on_what_moves_fast():

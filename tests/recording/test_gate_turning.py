@@ -117,3 +117,67 @@ def test_an_angle_that_freezes_while_its_body_tumbles_is_stuck():
 
     found = loud([frozen(c) for c in tumbling(2, frame="body", angled=True)])
     assert [(finding.code, finding.channel) for finding in found] == [("stuck", "qyaw")]
+
+
+def reordered(order: str) -> Callable[[list[Channel]], list[Channel]]:
+    """The four numbers as they are in a file of that order, given the components of another."""
+    given = {"x, y, z, w": "wxyz", "w, x, y, z": "xyzw"}[order]
+    meant = dict(zip(given, order.split(", "), strict=True))
+
+    def change(channels: list[Channel]) -> list[Channel]:
+        values = {c.component: c.value for c in channels if c.quantity == "part.orientation"}
+        return [replace(c, value=values[meant[c.component]]) if c.quantity == "part.orientation" else c for c in channels]
+
+    return change
+
+
+def inverse(channels: list[Channel]) -> list[Channel]:
+    return [replace(c, value=-c.value) if c.quantity == "part.orientation" and c.component in "xyz" else c for c in channels]
+
+
+@pytest.mark.parametrize("frame", ["body", "world"])
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("reading", ["x, y, z, w", "w, x, y, z", "inverse"])
+def test_a_quaternion_in_another_order_is_told(reading: str, seed: int, frame: str):
+    """The sign of one rate, turned as a pair of channels by itself suggests, would make two errors of one."""
+    change = inverse if reading == "inverse" else reordered(reading)
+    found = loud(change(tumbling(seed, frame=frame)))
+    assert [(f.code, f.channel, f.detail["readings"]) for f in found] == [("quaternion", "qw", [reading])], [f.message for f in found]
+
+
+@pytest.mark.parametrize("reading", ["x, y, z, w", "w, x, y, z"])
+def test_an_order_and_axes_that_are_both_wrong_are_told_together(reading: str):
+    channels = [replace(c, frame="world") if c.name.startswith("gyro") else c for c in tumbling(4, frame="body")]
+    found = loud(reordered(reading)(channels))
+    assert [(f.code, f.detail["readings"]) for f in found] == [("quaternion", [reading])], [f.message for f in found]
+    assert "measures in the body's axes" in found[0].message
+
+
+TURNS = {
+    "a quarter turn about z": ("y", "-x", "z"),
+    "upside down": ("x", "-y", "-z"),
+    "on its side": ("x", "-z", "y"),
+    "x and y mixed up": ("y", "x", "z"),
+}
+
+
+@pytest.mark.parametrize("angled", [False, True])
+@pytest.mark.parametrize("turn", TURNS)
+def test_a_gyro_that_is_mounted_otherwise_is_told(turn: str, angled: bool):
+    """Each rate whose axis is another one, with that axis and its sign; the others are not doubted."""
+    channels = tumbling(5, frame="body", angled=angled)
+    true = {c.component: c.value for c in channels if c.quantity == "part.angular_velocity"}
+    of = {said: (axis.removeprefix("-"), -1.0 if axis.startswith("-") else 1.0) for said, axis in zip("xyz", TURNS[turn], strict=True)}
+    mounted = [
+        replace(c, value=of[c.component][1] * true[of[c.component][0]]) if c.quantity == "part.angular_velocity" else c for c in channels
+    ]
+    wanted = {(f"gyro_{said}", axis) for said, axis in zip("xyz", TURNS[turn], strict=True) if said != axis}
+    found = loud(mounted)
+    assert {(f.channel, f.detail["axis"]) for f in found} == wanted, [f.message for f in found]
+    assert {f.code for f in found} == {"axes"}
+
+
+def test_what_a_turn_about_one_axis_shows_is_left_to_its_pair():
+    """A body that turns about the vertical alone does not tell of a gyro upside down, an inverse or a turned sign: the sign is said."""
+    found = loud([replace(c, value=-c.value) if c.name == "gyro_z" else c for c in driving(0.0, 0.0)])
+    assert [(f.code, f.channel) for f in found if f.severity == "error"] == [("sign", "gyro_z")], [f.message for f in found]

@@ -137,6 +137,24 @@ def test_one_command_for_two_drives(tmp_path):
     assert [(c.name, c.target, c.value.tolist()) for c in channels] == [("u (fl)", "fl", [1, 2]), ("u (rl)", "rl", [1, 2])]
 
 
+def test_an_encoder_that_begins_anew_is_counted_on(tmp_path):
+    """A counter of 12 bits, 1 mrad a count, turning to and fro over 40 of its lengths, with gaps; and how many samples that moved."""
+    t = np.arange(20_000) * 0.01
+    true = np.round(90.0 * np.sin(0.02 * t), 3)
+    wrapped = np.where(np.arange(len(t)) % 997 == 5, np.nan, np.round(true % 4.096, 3))
+    table(tmp_path, {"t": t, "q": wrapped, "v": np.gradient(true, t)})
+    step = '[[correction]]\nkind = "unwrap"\nchannel = "q"\nby = "4.096 rad"\nreason = "12 bits"\n'
+    channels = CHANNELS.replace('unit = "rad"\n', 'unit = "rad"\nmissing = "accept"\n', 1)
+    load(manifest(tmp_path, "d.parquet", channels=channels + step), tmp_path / "m.db")
+    recording = store.read_recording(tmp_path / "m.db", "drive")
+    there = np.isfinite(wrapped)
+    np.testing.assert_array_equal(np.isfinite(recording.channel("q").value), there)
+    np.testing.assert_allclose(recording.channel("q").value[there], true[there], atol=1e-9)
+    (made,) = recording.corrections
+    assert made.detail["samples"] == np.count_nonzero(np.abs(true - wrapped)[there] > 1)
+    assert made.detail["by"] == 4.096
+
+
 def test_corrections_are_made_in_order_and_recorded(tmp_path):
     data = smooth(n=50_000)
     order = np.random.default_rng(1).permutation(50_000)

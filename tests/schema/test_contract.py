@@ -171,6 +171,21 @@ def test_a_refused_rover_leaves_the_old_one(database):
     assert database.read_bytes() == before
 
 
+def test_what_was_made_for_a_refused_rover_is_removed_again(tmp_path):
+    """With what SQLite keeps beside it; a database that was there before is not."""
+    rover = cart(5.0, 0.15, 0.165)
+    bad = replace(rover, joints=(Joint(name="stray", kind="hinge", parent="chasis", child="wheel_front_left", point=(0, 0, 0)),))
+    path = tmp_path / "new.db"
+    with pytest.raises(InputRefused, match="chasis"), store.made_if_absent(path):
+        store.write_rover(path, bad)
+    assert list(tmp_path.iterdir()) == []
+    with store.made_if_absent(path):
+        store.write_rover(path, rover)
+    with pytest.raises(InputRefused, match="chasis"), store.made_if_absent(path):
+        store.write_rover(path, bad)
+    assert store.read_rover(path) is not None
+
+
 def test_results_are_not_thrown_away_by_accident(database):
     rover = cart(5.0, 0.15, 0.165)
     store.write_rover(database, rover)

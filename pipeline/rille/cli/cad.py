@@ -38,9 +38,8 @@ def build(
     target = output or source.with_suffix(".db")
     with progress(f"building {source.name}") as update:
         rover = cad.build(source, progress=update, note=say, find_part=store.find_part)
-    if not target.exists():
-        store.create(target)
-    store.write_rover(target, rover, replace=force)
+    with store.made_if_absent(target):
+        store.write_rover(target, rover, replace=force)
     bodies = [
         {
             "body": body.name,

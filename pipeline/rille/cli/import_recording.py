@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rille.cli.places import require_place
+from rille.cli.recording_names import gravity_of
 from rille.cli.talk import Json, print_json, progress, say
 from rille.model.severity import SEVERITIES
 
@@ -48,7 +49,8 @@ def import_recording(
             for sheet in sheets:
                 done += _import(sheet, output, gate, report)
     except InputRefused:
-        _forget(output, made and not done)
+        if made and not done:
+            store.remove_database(output)
         raise
     except KeyboardInterrupt:
         say("the import was interrupted; give the same command again to go on")
@@ -81,6 +83,7 @@ def _import(manifest: "Manifest", output: Path, gate: "Gate", report: Path | Non
             _Shelf(output, split=bool(manifest.sheet.split)),
             output.parent,
             scenario=scenario,
+            gravity=gravity_of(output, scenario),
             targets=recording.targets_of(rover),
             gate=gate,
             on_progress=update,
@@ -128,15 +131,6 @@ def _write_report(report: Path, recordings: "Sequence[Recording]", source: Path,
 
     write_gate_report(report, recordings, source=str(source), load=load or partial(store.read_channel, source))
     say(f"wrote {report}")
-
-
-def _forget(output: Path, empty: bool) -> None:
-    """Remove a database that this import made for nothing."""
-    if empty:
-        from rille import store
-
-        for file in (output, *store.beside(output)):
-            file.unlink(missing_ok=True)
 
 
 def _line(entry: "Imported") -> str:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rille.cli.recording_names import MEANT, chosen_recordings
+from rille.cli.recording_names import MEANT, chosen_recordings, gravity_of
 from rille.cli.talk import Json, print_json, progress, say
 from rille.model.severity import SEVERITIES
 
@@ -36,7 +36,12 @@ def check(
         groups.setdefault((recording.digest or recording.name, recording.manifest), []).append(k)
     with progress("data gate") as update:
         for j, of in enumerate(groups.values()):
-            shares = gate([recordings[k] for k in of], lambda what, done, j=j: update(what, (j + done) / len(groups)), load=load)
+            shares = gate(
+                [recordings[k] for k in of],
+                lambda what, done, j=j: update(what, (j + done) / len(groups)),
+                load=load,
+                gravity=gravity_of(database, recordings[of[0]].scenario),
+            )
             accepted = acceptance_in(recordings[of[0]].manifest)
             for k, findings in zip(of, shares, strict=True):
                 told = accepted.told(findings)

@@ -1,9 +1,13 @@
-"""Which recordings of a database are meant."""
+"""Which recordings of a database are meant, and under which gravity they were made."""
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rille.model.rover import Vector
 
 MEANT = "default: all; 'acrobot', like 'acrobot/*', stands for all parts of a split."
 
@@ -26,3 +30,10 @@ def chosen_recordings(known: Sequence[str], wanted: Sequence[str] | None, databa
             raise InputRefused(f"'{database}' has no recording '{name}'; {nearest_names(name, known)}")
         chosen |= dict.fromkeys(fitting)
     return list(chosen)
+
+
+def gravity_of(database: Path, scenario: str | None) -> "Vector | None":
+    """[m/s^2] of a recording's scenario; None: it states none, or the database has it no more."""
+    from rille import store
+
+    return store.read_scenario(database, scenario).gravity if scenario in store.scenario_names(database) else None

@@ -48,7 +48,6 @@ def write_database(ground: "Terrain", database: Path, force: bool, progress: Cal
     """Write a terrain into a database, which is made if it is absent."""
     from rille import store
 
-    if not database.exists():
-        store.create(database)
-    progress(f"writing {database.name}", 0.0)
-    store.write_terrain(database, ground, replace=force, progress=progress)
+    with store.made_if_absent(database):
+        progress(f"writing {database.name}", 0.0)
+        store.write_terrain(database, ground, replace=force, progress=progress)

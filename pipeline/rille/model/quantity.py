@@ -43,7 +43,7 @@ USUAL = {
 # One number, or one number over another ("1/2 in"), and one unit: names with small whole powers, side by side, multiplied or divided.
 # Pint alone would take "1,5 m" for 15, "2 2 m" for 4, and compute "9**9**9 kg".
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_POWER = r"(?:(?:\^|\*\*)-?\d(?:\.\d+)?|[²³])"
+_POWER = r"(?:(?:\^|\*\*)-?\d(?:\.\d+)?|[²³]|(?<=[^\W\d_])[234](?![\w.]))"
 _FACTOR = rf"\(*(?:[^\W\d_][^\W\d]*|°|%){_POWER}?(?:\){_POWER}?)*"
 NUMBER_AND_UNIT = re.compile(
     rf"\s*(?P<number>{_NUMBER})(?:\s*/\s*(?P<divisor>{_NUMBER}))?"
@@ -63,6 +63,7 @@ def unit_registry() -> "pint.UnitRegistry":
     except Exception:  # whatever is wrong with kept files, parsing anew is right
         registry = pint.UnitRegistry()
     registry.define("@alias turn = rev")  # as tachometers are labelled: rev/min
+    registry.preprocessors.append(lambda text: re.sub(r"\b([A-Za-z]+)([234])\b", r"\1**\2", text))  # m/s2, as headers have it
     return registry
 
 

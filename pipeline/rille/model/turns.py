@@ -17,3 +17,15 @@ def unwrapped(value: Array) -> Array:
     out = value.copy()
     out[good] = np.unwrap(value[good])
     return out
+
+
+def counted_on(value: Array, period: float) -> Array:
+    """Angles (n,) [rad] of an encoder that begins anew every ``period`` [rad], counted on; half of it or more within a sample is a jump.
+
+    What is missing stays so, and nothing is known of turns meanwhile.
+    """
+    good = np.isfinite(value)
+    out = value.copy()
+    turns = np.round((np.unwrap(value[good], period=period) - value[good]) / period)
+    out[good] += period * turns
+    return out

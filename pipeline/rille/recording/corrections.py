@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from rille.model.errors import InputRefused
 from rille.model.recording import Array, Channel, Correction
-from rille.model.turns import unwrapped
+from rille.model.turns import counted_on, unwrapped
 
-WHOLE = ("sort", "drop_duplicates", "resample")  # need all samples of a clock at once; the others work piece by piece
+WHOLE = ("sort", "drop_duplicates", "resample", "unwrap")  # need all samples of a clock at once; the others work piece by piece
+OF_CHANNEL = ("drop_samples", "unwrap")  # of one channel; the others change a clock
 MOST = 50_000_000  # samples of a clock that are resampled: all of them at once
 Values = dict[str, Array]
 
@@ -25,6 +26,11 @@ def correct(step: Correction, clock: str, time: Array, values: Values, channels:
             return time, values, 0
         chosen = _span(step, time)
         return time, values | {step.channel: np.where(chosen, np.nan, values[step.channel])}, int(chosen.sum())
+    if step.kind == "unwrap":
+        if step.channel not in values:
+            return time, values, 0
+        turned = counted_on(values[step.channel], _number(step, "by"))
+        return time, values | {step.channel: turned}, int(np.count_nonzero(np.abs(turned - values[step.channel]) > 0))
     if step.channel not in ("", clock):
         return time, values, 0
     if step.kind == "shift_clock":

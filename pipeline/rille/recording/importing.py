@@ -10,9 +10,10 @@ import numpy as np
 
 from rille.model.errors import InputRefused, nearest_names
 from rille.model.recording import Array, Channel, Correction, GateFinding, Recording
+from rille.model.rover import Vector
 from rille.recording.acceptance import Acceptance, acceptance
 from rille.recording.columns import Column, Targets, on_clock, plan_columns, scale_steps
-from rille.recording.corrections import WHOLE, Values, correct
+from rille.recording.corrections import OF_CHANNEL, WHOLE, Values, correct
 from rille.recording.digest import digest_of
 from rille.recording.manifest import Manifest
 from rille.recording.reading import ROW, Piece, Source, Wanted, open_source
@@ -30,10 +31,18 @@ MANY = 20_000_000  # samples beyond which the gate loads channels one by one
 
 
 class Gate(Protocol):
-    """The data gate. load : reads one channel of a recording, all of it or within a span [s], where they come without samples."""
+    """The data gate. load : reads one channel of a recording, all of it or within a span [s], where they come without samples.
+
+    gravity : [m/s^2] in W; None: not known.
+    """
 
     def __call__(
-        self, recordings: Sequence[Recording], on_progress: Progress | None = None, *, load: Load | None = None
+        self,
+        recordings: Sequence[Recording],
+        on_progress: Progress | None = None,
+        *,
+        load: Load | None = None,
+        gravity: Vector | None = None,
     ) -> Sequence[Sequence[GateFinding]]:
         """Findings of each recording."""
         ...
@@ -111,6 +120,7 @@ def import_recording(
     folder: Path,
     *,
     scenario: str | None = None,
+    gravity: Vector | None = None,
     targets: Targets | None = None,
     gate: Gate | None = None,
     on_progress: Progress = lambda what, fraction: None,
@@ -123,7 +133,8 @@ def import_recording(
 
     Parameters
     ----------
-    scenario : its name in the database. targets : names in the model; None: not checked. gate : the data gate; None: not asked.
+    scenario : its name in the database. gravity : [m/s^2] in W, of it; None: not known. targets : names in the model; None: not checked.
+    gate : the data gate; None: not asked.
     on_refused : gets the recordings with all findings, and a way to their samples, before an error of the gate refuses them.
 
     Raises
@@ -155,7 +166,9 @@ def import_recording(
         if gate is not None:
             few = sum(sum(b.seen.values()) * len(columns) for b in built) <= MANY
             examined = [reader.described(b, samples=few) for b in built]
-            findings = gate(examined, lambda what, part: on_progress(what, 0.7 + 0.25 * part), load=None if few else reader.load)
+            findings = gate(
+                examined, lambda what, part: on_progress(what, 0.7 + 0.25 * part), load=None if few else reader.load, gravity=gravity
+            )
             accepted = acceptance(manifest.sheet, columns)
             told = [replace(b.recording, findings=accepted.told(f)) for b, f in zip(built, findings, strict=True)]
             refusal = _refusal(accepted, told)
@@ -203,7 +216,7 @@ def _check_steps(manifest: Manifest, columns: Sequence[Column]) -> None:
     channels = [column.channel.name for column in columns]
     clocks = sorted({column.channel.clock for column in columns})
     for step in manifest.corrections:
-        known, what = (channels, "channel") if step.kind == "drop_samples" else (clocks, "clock")
+        known, what = (channels, "channel") if step.kind in OF_CHANNEL else (clocks, "clock")
         if step.channel and step.channel not in known:
             raise InputRefused(
                 f"'{manifest.path}': the correction {step.kind} names the {what} '{step.channel}'; {nearest_names(step.channel, known)}"

@@ -13,6 +13,7 @@ from rille.model.errors import InputRefused
 from rille.model.quantity import to_si
 from rille.model.recording import Correction
 from rille.model.sheet import Sheet, expand, validate_sheet
+from rille.recording.corrections import OF_CHANNEL
 from rille.recording.points import bench_setup
 
 Number = float | int | str
@@ -54,7 +55,7 @@ class ChannelSheet(Sheet):
 class CorrectionSheet(Sheet):
     """One ``[[correction]]``: a step that changes what was recorded, and why."""
 
-    kind: Literal["sort", "drop_duplicates", "shift_clock", "scale_clock", "resample", "cut", "drop_samples"]
+    kind: Literal["sort", "drop_duplicates", "shift_clock", "scale_clock", "resample", "cut", "drop_samples", "unwrap"]
     reason: str = Field(min_length=1)
     channel: str = ""
     clock: str = ""
@@ -129,7 +130,7 @@ def read_manifest(path: Path) -> Manifest:
 
 
 # Numbers of each kind of correction: which it needs, which it may have, and their SI unit.
-NEEDED = {"shift_clock": {"by": "time"}, "scale_clock": {"factor": "1"}, "resample": {"rate": "rate"}}
+NEEDED = {"shift_clock": {"by": "time"}, "scale_clock": {"factor": "1"}, "resample": {"rate": "rate"}, "unwrap": {"by": "angle"}}
 ALLOWED = {"cut": {"start": "time", "end": "time"}, "drop_samples": {"start": "time", "end": "time"}}
 
 
@@ -144,12 +145,12 @@ def _correction(entry: CorrectionSheet, what: str) -> Correction:
             raise InputRefused(f"{what} has '{key}', which has no meaning there; remove it")
     if allowed and not given:
         raise InputRefused(f"{what} needs start, end or both")
-    if entry.kind == "drop_samples" and not entry.channel:
-        raise InputRefused(f"{what} needs the channel whose values are to be dropped")
-    if entry.kind != "drop_samples" and entry.channel:
+    if entry.kind in OF_CHANNEL and not entry.channel:
+        raise InputRefused(f"{what} needs the channel whose values are to be changed")
+    if entry.kind not in OF_CHANNEL and entry.channel:
         raise InputRefused(f"{what} acts on a whole clock: write clock = in place of channel =")
     detail = {key: to_si(value, {**needed, **allowed}[key], f"'{key}' of {what}") for key, value in given.items()}
-    for key in ("factor", "rate"):
-        if key in detail and detail[key] <= 0:
+    for key in ("factor", "rate", *(("by",) if entry.kind == "unwrap" else ())):
+        if key in detail and not detail[key] > 0:
             raise InputRefused(f"'{key}' of {what} is {detail[key]:g}; it must be larger than 0")
     return Correction(kind=entry.kind, channel=entry.channel or entry.clock, detail=detail, reason=entry.reason)

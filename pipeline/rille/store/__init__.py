@@ -1,7 +1,7 @@
 """The database: the only Python of rille that speaks SQL. See ``schema/README.md`` for the contract."""
 
 from rille.store.bench import write_bench
-from rille.store.database import beside, create, held_open, migrate, schema_version
+from rille.store.database import beside, create, held_open, made_if_absent, migrate, remove_database, schema_version
 from rille.store.effects import add_effect, check_effect, effect_kinds, find_effect_kind, read_effects, write_effects
 from rille.store.findings import find_finding, read_findings, write_finding
 from rille.store.health import check, info, units
@@ -63,6 +63,7 @@ __all__ = [
     "info",
     "list_parts",
     "list_runs",
+    "made_if_absent",
     "migrate",
     "model_digest",
     "open_truths",
@@ -89,6 +90,7 @@ __all__ = [
     "read_window",
     "recording_clocks",
     "recording_names",
+    "remove_database",
     "remove_recording",
     "remove_scenario",
     "remove_study",

@@ -76,6 +76,31 @@ def create(path: Path) -> None:
         raise InputRefused(f"'{path}' could not be created: {error}; is the folder writable and the disk not full?") from error
 
 
+def remove_database(path: Path) -> None:
+    """Remove a database with what SQLite keeps beside it, if it is there; the database last, so that nothing outlives it."""
+    for file in (*beside(Path(path)), Path(path)):
+        file.unlink(missing_ok=True)
+
+
+@contextmanager
+def made_if_absent(path: Path) -> Iterator[None]:
+    """A database to write into, made if it is absent; one that was made for what was refused or interrupted is removed again.
+
+    Raises
+    ------
+    InputRefused : if it cannot be made.
+    """
+    made = not Path(path).exists()
+    if made:
+        create(path)
+    try:
+        yield
+    except BaseException:
+        if made:
+            remove_database(path)
+        raise
+
+
 _sound: dict[Path, tuple[int, int, int]] = {}  # files that this process has found sound, as they were then: inode, size, time of change
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rille.model import Effect, InputRefused, Soil, SourceFile
 from rille.model.finding import RowChange
-from rille.store.database import beside, reading, writing
+from rille.store.database import reading, remove_database, writing
 from rille.store.effects import find_effect_kind, insert_effect
 from rille.store.health import units
 from rille.store.parameter_places import Place, Places, unit_of
@@ -102,7 +102,7 @@ def improve(
     if not target.parent.is_dir():
         raise InputRefused(f"the folder '{target.parent}' does not exist; create it first")
     unfinished = target.with_name(target.name + ".part")
-    _remove(unfinished)
+    remove_database(unfinished)
     try:
         with reading(source) as original, closing(sqlite3.connect(unfinished)) as copy:
             original.backup(copy)
@@ -132,12 +132,7 @@ def improve(
     except (sqlite3.Error, OSError) as error:
         raise InputRefused(f"'{target}' could not be written: {error}; is the folder writable and the disk not full?") from error
     finally:
-        _remove(unfinished)
-
-
-def _remove(path: Path) -> None:
-    for file in (path, *beside(path)):
-        file.unlink(missing_ok=True)
+        remove_database(unfinished)
 
 
 def _digest(path: Path) -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rille.model import InputRefused
 from rille.model.study import Case, CaseResult, Factor, Measure, StudyPlan, StudyTable, TracedChannel
-from rille.store.database import SQLITE, address, beside, insert, require_kind, schema_folder, transaction
+from rille.store.database import SQLITE, address, beside, insert, remove_database, require_kind, schema_folder, transaction
 
 STUDY_ID = 1380537172  # "RIST"
 STUDY_VERSION = 1
@@ -77,8 +77,7 @@ def remove_study(path: Path) -> None:
         header = file.read(72)
         if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != STUDY_ID:
             raise InputRefused(f"'{path}' is no study, so it is not deleted; name another file")
-        for each in (*beside(Path(path)), Path(path)):  # the study last: what is beside it must not outlive it
-            each.unlink(missing_ok=True)
+        remove_database(path)
 
 
 def _write_plan(connection: sqlite3.Connection, plan: StudyPlan) -> None:

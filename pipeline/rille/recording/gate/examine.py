@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import ANGLES, Channel, GateFinding, Recording
+from rille.model.rover import Vector
 from rille.recording.gate.agreement import check_agreement
+from rille.recording.gate.axes import check_axes
 from rille.recording.gate.clock import RATES, check_clock, check_common_time
 from rille.recording.gate.frames import check_frames
+from rille.recording.gate.gravity import check_gravity
 from rille.recording.gate.header import check_header
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.missing import check_missing
@@ -35,7 +38,9 @@ Findings = tuple[GateFinding, ...]
 Progress = Callable[[str, float], None]
 
 
-def gate(recordings: Sequence[Recording], on_progress: Progress | None = None, *, load: Load | None = None) -> tuple[Findings, ...]:
+def gate(
+    recordings: Sequence[Recording], on_progress: Progress | None = None, *, load: Load | None = None, gravity: Vector | None = None
+) -> tuple[Findings, ...]:
     """What is wrong or remarkable in the recordings of one import, one tuple per recording; nothing is changed.
 
     Channels of one name in several recordings are one sensor: what they say of each other is pooled over all of them, and such a finding
@@ -46,6 +51,7 @@ def gate(recordings: Sequence[Recording], on_progress: Progress | None = None, *
     on_progress : called with what is being done and the fraction done.
     load : ``load(recording, channel, span)`` reads a channel, all of it or within ``span`` [s], of recordings that come without samples,
         so that one channel at a time is in memory.
+    gravity : [m/s^2] in W, that accelerometers were under; None: not known.
     """
     if not recordings or recordings[0].kind == "points":
         return tuple((*check_header(recording), *points_findings(recording)) for recording in recordings)
@@ -57,7 +63,7 @@ def gate(recordings: Sequence[Recording], on_progress: Progress | None = None, *
     tell = on_progress or (lambda what, fraction: None)
     for k in range(len(source.recordings)):
         findings, chosen = _single(source, k, pairs[k], max(MOST // len(recordings), 2000), heads, tell)
-        found.append(findings)
+        found.append(findings + ([] if gravity is None else check_gravity(source, k, gravity)))
         stretches += chosen
     lame = [_intervals(findings) for findings in found]
     for finding, names in _together(source, pairs, stretches, lame, heads, tell):
@@ -185,9 +191,12 @@ def _together(
             fit = fit_lag(tracks[pair.first], tracks[pair.second], pair.order, response=pair.kind == "response")
             if fit is not None:
                 fits.append((pair, fit))
-    found = check_frames(tracks, fits, turns)
-    misplaced = {finding.channel for finding in found}
+    found, explained = check_axes(tracks, fits, turns)
+    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in explained]
+    frames = check_frames(tracks, fits, turns)
+    misplaced = {finding.channel for finding in frames}
     fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in misplaced]
+    found += frames
     found += check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
     owner = {name: turning.parts[0] for name, turning in turns.items()}
     return [

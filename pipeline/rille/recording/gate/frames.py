@@ -19,7 +19,7 @@ def check_frames(tracks: Mapping[str, Track], fits: Sequence[tuple[Pair, Fit]], 
     for pair, fit in fits:
         other = turns[pair.first].in_other_axes() if pair.first in turns else None
         rival = fit_lag(tracks[other.name], tracks[pair.second], pair.order) if other is not None and other.name in tracks else None
-        if other is None or rival is None or rival.agreement < SURE or 1 - rival.agreement > BETTER * (1 - fit.agreement):
+        if other is None or rival is None or rival.gain < 0 or rival.agreement < SURE or 1 - rival.agreement > BETTER * (1 - fit.agreement):
             continue
         stated = turns[pair.first].frame
         message = (

@@ -13,6 +13,7 @@ BLOCK = 5.0  # [s] or forty samples: offsets are free from block to block, as sl
 POINTS = 30_000  # samples that a fit takes
 FAR = 6.0  # times a delay, or the width of a window, from which on another one is the period of the motion, and no rival
 UPRIGHT = 0.01  # of R^2, that a shorter delay with the right sign may fit worse
+EVEN = 3.0  # standard errors of a gain that may be 1
 COARSE = 2_000  # samples that the search takes
 
 
@@ -21,7 +22,8 @@ class Fit:
     """second(t) = gain first(t - delay) + offset, as means over windows of ``2 half`` [s].
 
     order : 1: the derivative of ``first`` is meant. agreement : R^2. gain_back : of the regression the other way round, as the same ratio
-    second / first; noise puts the true gain between the two. bias : of second - gain first. count : windows.
+    second / first; noise puts the true gain between the two. bias : of second - gain first, with a gain of 1 where that may be it.
+    count : windows.
     drift : of the delay over time [s/s]. spread : of ``second``, standard deviation. ambiguous : other delays fit as
     well, and are not many times longer.
     agreement_at_zero : R^2 without a delay. length : [s] of all windows together, with what lies between. open_delay : [s] by which the
@@ -220,9 +222,15 @@ def _refine(first: Track, second: Track, order: int, half: float, room: float, q
     drift, drift_error = _drift(centre.sums(query) / centre.size, pulls / np.maximum(weights, 1e-300), weights, first.apart)
     unmoved = centre(first.mean(query, half, order))
     at_zero = float(unmoved @ wanted) ** 2 / max(float(unmoved @ unmoved) * power, 1e-300)
-    offsets = centre.sums(raw - best.gain * first.mean(query - best.lag, half, order)) / centre.size
+    gain_error = float(np.sqrt(factor * (pushes @ pushes))) / float(best.given @ best.given)
+    gain_back = power / float(best.given @ wanted) if best.gain else np.inf
+    low, high = sorted((best.gain, gain_back))
+    even = low - EVEN * gain_error <= 1 <= high + EVEN * gain_error  # then that is the gain, and no error of it is in the bias
+    given = first.mean(query - best.lag, half, order)
+    offsets = centre.sums(raw - (1.0 if even else best.gain) * given) / centre.size
     bias = float(np.average(offsets, weights=centre.size))
-    bias_error = float(np.sqrt(np.average((offsets - bias) ** 2, weights=centre.size) / max(len(offsets) - 1, 1)))
+    scatter = float(np.sqrt(np.average((offsets - bias) ** 2, weights=centre.size) / max(len(offsets) - 1, 1)))
+    doubt = 0.0 if even else float(np.hypot(gain_error, (high - low) / 2)) * abs(float(given.mean()))
     return Fit(
         order=order,
         half=half,
@@ -231,10 +239,10 @@ def _refine(first: Track, second: Track, order: int, half: float, room: float, q
         delay=best.lag,
         delay_error=max(delay_error, white),
         gain=best.gain,
-        gain_error=float(np.sqrt(factor * (pushes @ pushes))) / float(best.given @ best.given),
-        gain_back=power / float(best.given @ wanted) if best.gain else np.inf,
+        gain_error=gain_error,
+        gain_back=gain_back,
         bias=bias,
-        bias_error=bias_error if len(offsets) > 2 else np.inf,
+        bias_error=float(np.hypot(scatter, doubt)) if len(offsets) > 2 else np.inf,
         drift=drift,
         drift_error=drift_error,
         spread=float(np.sqrt(power / len(query))),

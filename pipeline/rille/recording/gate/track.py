@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Samples = tuple[Array, Array]  # time (n,) [s], value (n,)
+MOST = 40_000  # windows that a comparison takes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,3 +89,18 @@ def lay(stretches: Sequence[Samples], starts: Sequence[float], apart: float, *, 
     mean = value[:-1] if hold else 0.5 * (value[:-1] + value[1:])
     integral = np.concatenate([[0.0], np.cumsum(np.where(within, interval, 0.0) * mean)])
     return Track(time=time, value=value, hold=hold, integral=integral, gaps=np.concatenate([[0], np.cumsum(gap)]), step=step, apart=apart)
+
+
+def windows(tracks: Sequence[Track]) -> tuple[Array, float]:
+    """Middles (m,) [s] of windows that are whole in all tracks, half a window apart, and half a window [s].
+
+    That is ten samples of the slowest, a quarter of a stretch at most.
+    """
+    step = max(track.step for track in tracks)
+    number = np.floor(tracks[0].time / tracks[0].apart + 0.25).astype(int)
+    length = float(np.median(np.bincount(number)[np.unique(number)])) * tracks[0].step
+    half = float(np.clip(10 * step, 2 * step, max(length / 8, 2 * step)))
+    query = tracks[0].time[:: max(int(half / (2 * tracks[0].step)), 1)]
+    for track in tracks:
+        query = query[track.whole(query, half)]
+    return query if len(query) <= MOST else query[:: len(query) // MOST + 1], half

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rille.model.recording import ANGLES
+from rille.model.recording import ANGLES, AXES, Frame
 from rille.model.turns import unwrapped
 from rille.recording.gate.source import Source, Span
 from rille.recording.gate.stretches import Stretch
@@ -21,7 +21,7 @@ def lay_tracks(
     source: Source, stretches: Sequence[Stretch], lame: Sequence[Lame], tell: Callable[[str, float], None]
 ) -> tuple[dict[str, Track], dict[str, Turning]]:
     """Tracks by the names of channels and turnings, and the turnings that have one, by name: about the axes that the gyro is said to have,
-    and about the other ones.
+    and about the other ones, with all that the numbers of a quaternion may be taken for.
 
     lame : of each recording. tell : called with the name of a channel and the part of them that is done.
     """
@@ -35,15 +35,19 @@ def lay_tracks(
         if track is not None:
             tracks[name] = track
     turns: dict[str, Turning] = {}
-    stated = [turning for channels in used for turning, _ in turnings(channels)]
-    orientations: dict[tuple[str, ...], list[Turning]] = {}
-    for turning in dict.fromkeys([*stated, *(turning.in_other_axes() for turning in stated)]):
-        orientations.setdefault(turning.parts, []).append(turning)
-    for parts, ways in orientations.items():
+    ways = (way for channels in used for turning, _ in turnings(channels) for way in (turning, turning.in_other_axes()))
+    by_parts: dict[tuple[str, ...], list[Turning]] = {}
+    for turning in dict.fromkeys(read for way in ways for read in way.readings()):
+        by_parts.setdefault(turning.parts, []).append(turning)
+    for parts, about in by_parts.items():
         samples, delay = _orientation(source, parts, stretches, lame)
-        for turning in ways:
-            turned = [turning.samples(time, value) for time, value in samples]
-            track = lay(turned, [stretch.first for stretch in stretches], apart, delay=delay)
+        turned: dict[tuple[str, Frame], list[tuple[Array, Array]]] = {}
+        for turning in about:
+            way = turning.reading, turning.frame
+            if way not in turned:
+                turned[way] = [turning.samples(time, value) for time, value in samples]
+            own = [(time, angles[:, AXES.index(turning.axis)]) for time, angles in turned[way]]
+            track = lay(own, [stretch.first for stretch in stretches], apart, delay=delay)
             if track is not None:
                 tracks[turning.name], turns[turning.name] = track, turning
     return tracks, turns

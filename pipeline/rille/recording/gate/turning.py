@@ -12,6 +12,14 @@ from rille.model.recording import ANGLES, AXES, Channel, Frame
 Array = NDArray[np.float64]
 QUATERNION = ("w", "x", "y", "z")
 SHORTEST = 0.1  # length below which four numbers are no orientation
+STATED = "as stated"
+# What the numbers said to be w, x, y, z may be instead: which of them are the true w, x, y, z, and with which sign.
+READINGS: dict[str, tuple[tuple[int, ...], tuple[float, ...]]] = {
+    STATED: ((0, 1, 2, 3), (1.0, 1.0, 1.0, 1.0)),
+    "inverse": ((0, 1, 2, 3), (1.0, -1.0, -1.0, -1.0)),
+    "x, y, z, w": ((3, 0, 1, 2), (1.0, 1.0, 1.0, 1.0)),
+    "w, x, y, z": ((1, 2, 3, 0), (1.0, 1.0, 1.0, 1.0)),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,11 +27,13 @@ class Turning:
     """The angle about one axis, of the body or of W, as counted on from sample to sample of an orientation.
 
     parts : names of its channels, w, x, y, z or roll, pitch, yaw, on one clock. axis : x, y or z. frame : of that axis.
+    reading : what a quaternion's numbers are taken for, of ``READINGS``.
     """
 
     parts: tuple[str, ...]
     axis: str
     frame: Frame
+    reading: str = STATED
 
     @property
     def of_quaternion(self) -> bool:
@@ -33,11 +43,16 @@ class Turning:
     @property
     def name(self) -> str:
         """Of the channel that it makes."""
-        return f"turn of {', '.join(self.parts)} about {self.axis}{' of the body' if self.frame == 'body' else ''}"
+        read = "" if self.reading == STATED else f" ({self.reading})"
+        return f"turn of {', '.join(self.parts)}{read} about {self.axis}{' of the body' if self.frame == 'body' else ''}"
 
     def in_other_axes(self) -> "Turning":
         """About the axis of that letter of W if this is of the body, and the other way round."""
         return replace(self, frame="world" if self.frame == "body" else "body")
+
+    def readings(self) -> "tuple[Turning, ...]":
+        """About the same axis, with all that its numbers may be taken for."""
+        return tuple(replace(self, reading=reading) for reading in READINGS) if self.of_quaternion else (self,)
 
     def channel(self, head: Channel) -> Channel:
         """What it is. head : the first of its parts, with the times whose interval is asked for."""
@@ -53,32 +68,46 @@ class Turning:
         )
 
     def samples(self, time: Array, parts: Array) -> tuple[Array, Array]:
-        """Times [s] and angles [rad] where the orientation is known, from its parts (n, 4) or (n, 3) at times (n,).
+        """Times (n,) [s] and angles (n, 3) [rad] about all axes of its frame where the orientation is known, from its parts (m, 4) or
+        (m, 3) at times (m,).
 
         phi_k+1 = phi_k + log(q_k* q_k+1) about axes of the body, log(q_k+1 q_k*) about those of W: exact up to the turning of the axis
         between two samples.
         """
-        quaternion = parts if self.of_quaternion else from_angles(parts)
+        which, sign = READINGS[self.reading]
+        quaternion = parts[:, which] * sign if self.of_quaternion else quaternions(parts)
         good = np.isfinite(time) & (np.linalg.norm(quaternion, axis=1) > SHORTEST)  # NaN is not larger
         if good.sum() < 2:
-            return np.empty(0), np.empty(0)
+            return np.empty(0), np.empty((0, len(AXES)))
         q = unit(quaternion[good])
         before, after = q[:-1], q[1:]
         turned = product(conjugate(before), after) if self.frame == "body" else product(after, conjugate(before))
-        return time[good], np.concatenate([[0.0], np.cumsum(logarithm(turned)[:, AXES.index(self.axis)])])
+        return time[good], np.concatenate([np.zeros((1, len(AXES))), np.cumsum(logarithm(turned), axis=0)])
 
 
 def turnings(channels: Sequence[Channel]) -> Iterable[tuple[Turning, Channel]]:
     """Each component of an angular velocity that was observed with the whole orientation of its body, as a turning and its rate."""
-    observed = [channel for channel in channels if channel.role == "observed"]
-    for rate in observed:
-        if rate.quantity != "part.angular_velocity" or rate.component not in AXES:
+    for rate in channels:
+        if rate.role != "observed" or rate.quantity != "part.angular_velocity" or rate.component not in AXES:
             continue
-        parts: dict[str, dict[str, Channel]] = {}
-        for channel in observed:
-            if (channel.quantity, channel.target) == ("part.orientation", rate.target):
-                parts.setdefault(channel.clock, {}).setdefault(channel.component, channel)
-        for known in parts.values():
-            for whole in (QUATERNION, ANGLES):
-                if known.keys() >= set(whole):
-                    yield Turning(parts=tuple(known[part].name for part in whole), axis=rate.component, frame=rate.frame), rate
+        for parts in orientations(channels, rate.target):
+            yield Turning(parts=parts, axis=rate.component, frame=rate.frame), rate
+
+
+def orientations(channels: Sequence[Channel], target: str) -> list[tuple[str, ...]]:
+    """Names of the channels of each whole orientation of a body that was observed on one clock: w, x, y, z or roll, pitch, yaw."""
+    parts: dict[str, dict[str, Channel]] = {}
+    for channel in channels:
+        if (channel.role, channel.quantity, channel.target) == ("observed", "part.orientation", target):
+            parts.setdefault(channel.clock, {}).setdefault(channel.component, channel)
+    return [
+        tuple(known[part].name for part in whole)
+        for known in parts.values()
+        for whole in (QUATERNION, ANGLES)
+        if known.keys() >= set(whole)
+    ]
+
+
+def quaternions(parts: Array) -> Array:
+    """(n, 4) w x y z of the parts (n, 4) or (n, 3) of an orientation."""
+    return parts if parts.shape[1] == len(QUATERNION) else from_angles(parts)

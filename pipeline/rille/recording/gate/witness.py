@@ -9,7 +9,7 @@ from rille.model.recording import GateFinding
 from rille.recording.gate.lag import Fit
 from rille.recording.gate.noise import white_noise
 from rille.recording.gate.relations import Pair
-from rille.recording.gate.track import Track
+from rille.recording.gate.track import Track, windows
 
 Array = NDArray[np.float64]
 DISAGREE = 0.3  # R^2 of a pair below which the two tell of different things
@@ -65,27 +65,8 @@ def check_witnesses(
     return list(found.values())
 
 
-def _grid(tracks: Sequence[Track], half: float) -> Array:
-    """Times at which windows of ``half`` on either side are whole in all tracks, half a window apart."""
-    finest = tracks[0].time
-    step = tracks[0].step
-    query = finest[:: max(int(half / (2 * step)), 1)]
-    for track in tracks:
-        query = query[track.whole(query, half)]
-    return query if len(query) <= 40_000 else query[:: len(query) // 40_000 + 1]
-
-
-def _half(tracks: Sequence[Track]) -> float:
-    """Half a window [s]: ten samples of the slowest, a quarter of a stretch at most."""
-    step = max(track.step for track in tracks)
-    number = np.floor(tracks[0].time / tracks[0].apart + 0.25).astype(int)
-    length = float(np.median(np.bincount(number)[np.unique(number)])) * tracks[0].step
-    return float(np.clip(10 * step, 2 * step, max(length / 8, 2 * step)))
-
-
 def _excess(first: Track, second: Track, order: int) -> float:
-    half = _half((first, second))
-    query = _grid((first, second), half)
+    query, half = windows((first, second))
     if len(query) < SHARES:
         return 0.0
     if order == 0:  # changes over a window, so that an offset between the two does not count
@@ -104,8 +85,7 @@ def _predicted(tracks: Mapping[str, Track], name: str, others: Sequence[str]) ->
     if not others:
         return 0.0
     used = [tracks[name], *(tracks[other] for other in others)]
-    half = _half(used)
-    query = _grid(used, half)
+    query, half = windows(used)
     if len(query) < 4 * FOLDS + 4 * len(others):
         return 0.0
     wanted = tracks[name].at(query + half) - tracks[name].at(query - half)
