@@ -307,7 +307,7 @@ def test_long_columns_wait_in_files_and_the_gate_can_load_them(tmp_path, monkeyp
     monkeypatch.setattr(importing, "MANY", 10)
     seen = []
 
-    def gate(recordings, on_progress=None, *, load=None):
+    def gate(recordings, on_progress=None, *, load=None, gravity=None):
         whole = load(recordings[0].name, "q", None)
         seen.append((len(whole.value), load(recordings[0].name, "q", (0.5, 1.0)).time))
         return [()]
