@@ -61,7 +61,7 @@ def _felt(source: Source, k: int, trio: Sequence[Channel], used: Sequence[Channe
         whole = (at >= time[0]) & (at <= time[-1]) & (np.linalg.norm(turned, axis=1) > SHORTEST)
         if np.count_nonzero(whole) < FEWEST:
             continue
-        up = into_body(unit(turned[whole]), np.broadcast_to(-down, (np.count_nonzero(whole), 3)))
+        up = into_body(unit(turned[whole]), np.tile(-down, (int(whole.sum()), 1)))
         there = np.stack([np.interp(at[whole], time, force[:, j]) for j in range(3)], axis=1)
         return float(np.mean(np.sum(there * up, axis=1))), True
     return _usual_size(time, force), False
