@@ -4,12 +4,14 @@ from rille import store
 from rille.cli.import_recording import _Shelf
 from rille.recording import import_recording, read_manifest, targets_of
 
-CHANNELS = """
+ANGLE = """
 [[channel]]
 column = "q"
 quantity = "joint.position"
 target = "knee"
 unit = "rad"
+"""
+CHANNELS = f"""{ANGLE}
 [[channel]]
 column = "v"
 quantity = "joint.velocity"

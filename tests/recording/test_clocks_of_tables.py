@@ -5,16 +5,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from recording_import import load, manifest
+from recording_import import ANGLE, load, manifest
 from rille import store
 from rille.model import InputRefused
 
-TWO = """
-[[channel]]
-column = "q"
-quantity = "joint.position"
-target = "knee"
-unit = "rad"
+TWO = f"""{ANGLE}
 [[channel]]
 column = "i"
 time = "slow"

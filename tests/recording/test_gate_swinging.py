@@ -19,11 +19,18 @@ def swing(late: float = 0.0, change: Callable[[Channel], Channel] = lambda chann
     w = 2 * np.pi / PERIOD
     angle = np.sin(w * time) + noise * NOISE[0] * rng.normal(size=len(time))
     speed = w * np.cos(w * (time - late)) + noise * NOISE[1] * rng.normal(size=len(time))
-    channels = (
-        Channel(name="angle", quantity="joint.position", target="hinge", unit="rad", time=time, value=angle, noise=NOISE[0]),
-        Channel(name="speed", quantity="joint.velocity", target="hinge", unit="rad/s", time=time, value=speed, noise=NOISE[1]),
+    return findings_of(*(change(replace(channel, noise=n)) for channel, n in zip(hinge(time, angle, speed), NOISE, strict=True)))
+
+
+def hinge(time: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> tuple[Channel, Channel]:
+    return (
+        Channel(name="angle", quantity="joint.position", target="hinge", unit="rad", time=time, value=angle),
+        Channel(name="speed", quantity="joint.velocity", target="hinge", unit="rad/s", time=time, value=speed),
     )
-    return list(gate([Recording(name="swing", channels=tuple(change(channel) for channel in channels))])[0])
+
+
+def findings_of(*channels: Channel) -> list[GateFinding]:
+    return list(gate([Recording(name="swing", channels=channels)])[0])
 
 
 @pytest.mark.parametrize("late", [0.005, 0.010, 0.015, 0.020, 0.030])
@@ -64,11 +71,7 @@ def test_a_bias_is_told_from_a_gain_that_was_not_found_exactly(bias, seed):
     phase = pace * time + np.arange(3)[:, None]
     angle = 3.0 * time + (size / pace * np.sin(phase)).sum(axis=0) + 0.005 * rng.normal(size=len(time))
     speed = 3.0 + (size * np.cos(phase)).sum(axis=0) + bias + 0.05 * rng.normal(size=len(time))
-    channels = (
-        Channel(name="angle", quantity="joint.position", target="hinge", unit="rad", time=time, value=angle),
-        Channel(name="speed", quantity="joint.velocity", target="hinge", unit="rad/s", time=time, value=speed),
-    )
-    findings = gate([Recording(name="turn", channels=channels)])[0]
+    findings = findings_of(*hinge(time, angle, speed))
     assert [finding.code for finding in findings] == (["bias"] if bias else [])
     assert not bias or findings[0].detail["bias"] == pytest.approx(bias, abs=0.01)
 

@@ -21,18 +21,14 @@ def correct(step: Correction, clock: str, time: Array, values: Values, channels:
     time : (n,) [s]. values : (n,) each, by name of the channel. Returns times, values, and how many samples the step touched.
     A step whose ``channel`` names another clock or channel changes nothing.
     """
+    if step.channel not in (values if step.kind in OF_CHANNEL else ("", clock)):
+        return time, values, 0
     if step.kind == "drop_samples":
-        if step.channel not in values:
-            return time, values, 0
         chosen = _span(step, time)
         return time, values | {step.channel: np.where(chosen, np.nan, values[step.channel])}, int(chosen.sum())
     if step.kind == "unwrap":
-        if step.channel not in values:
-            return time, values, 0
         turned = counted_on(values[step.channel], _number(step, "by"))
         return time, values | {step.channel: turned}, int(np.count_nonzero(np.abs(turned - values[step.channel]) > 0))
-    if step.channel not in ("", clock):
-        return time, values, 0
     if step.kind == "shift_clock":
         return time + _number(step, "by"), values, len(time)
     if step.kind == "scale_clock":

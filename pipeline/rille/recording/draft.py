@@ -310,7 +310,7 @@ def _columns(found: Survey, clock: Facts, split: Sequence[str], writer: _Writer)
     places = {(guess.quantity, guess.component) for guess in guesses}
     falls = ("part.position", "z") in places and not places & {("part.position", "x"), ("part.position", "y")}
     clocks = _clocks(found, clock, split)
-    for facts in found.columns:
+    for facts, guess in zip(found.columns, guesses, strict=True):
         if any(facts is one for one in clocks) or facts.kind == "text" or facts.name in split:
             continue
         if facts.kind != "number":
@@ -323,7 +323,6 @@ def _columns(found: Survey, clock: Facts, split: Sequence[str], writer: _Writer)
         note = f" (first rows: {values.min():.4g} to {values.max():.4g})" if len(values) else ""
         if len(values) and values.min() == values.max():
             note += "; constant there"
-        guess = guess_column(facts.name)
         if falls and guess.quantity == "part.linear_velocity" and split_unit(facts.name)[1] and len(words_of(facts.name)) <= 2:
             guess = replace(guess, component="z", because=f"{guess.because}; vertical, as the height is the only coordinate")
         if guess.unit == "rad" and len(values) and np.abs(values).max() > 50 and not split_unit(facts.name)[1] and guess.component:

@@ -132,6 +132,7 @@ def read_manifest(path: Path) -> Manifest:
 # Numbers of each kind of correction: which it needs, which it may have, and their SI unit.
 NEEDED = {"shift_clock": {"by": "time"}, "scale_clock": {"factor": "1"}, "resample": {"rate": "rate"}, "unwrap": {"by": "angle"}}
 ALLOWED = {"cut": {"start": "time", "end": "time"}, "drop_samples": {"start": "time", "end": "time"}}
+POSITIVE = {"scale_clock": "factor", "resample": "rate", "unwrap": "by"}  # which of them must be larger than 0
 
 
 def _correction(entry: CorrectionSheet, what: str) -> Correction:
@@ -150,7 +151,7 @@ def _correction(entry: CorrectionSheet, what: str) -> Correction:
     if entry.kind not in OF_CHANNEL and entry.channel:
         raise InputRefused(f"{what} acts on a whole clock: write clock = in place of channel =")
     detail = {key: to_si(value, {**needed, **allowed}[key], f"'{key}' of {what}") for key, value in given.items()}
-    for key in ("factor", "rate", *(("by",) if entry.kind == "unwrap" else ())):
-        if key in detail and not detail[key] > 0:
-            raise InputRefused(f"'{key}' of {what} is {detail[key]:g}; it must be larger than 0")
+    key = POSITIVE.get(entry.kind, "")
+    if key in detail and detail[key] <= 0:
+        raise InputRefused(f"'{key}' of {what} is {detail[key]:g}; it must be larger than 0")
     return Correction(kind=entry.kind, channel=entry.channel or entry.clock, detail=detail, reason=entry.reason)

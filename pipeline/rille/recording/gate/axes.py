@@ -4,22 +4,21 @@ A slip in either makes three channels wrong at once, and what each pair of them 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rille.model.recording import AXES, GateFinding
+from rille.recording.gate.frames import BETTER, SURE
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.relations import Pair
 from rille.recording.gate.track import Track, windows
-from rille.recording.gate.turning import QUATERNION, READINGS, STATED, Turning
+from rille.recording.gate.turning import QUATERNION, READINGS, STATED, WHOSE, Turning
 
 Array = NDArray[np.float64]
 Trio = tuple[tuple[Pair, Fit], tuple[Pair, Fit], tuple[Pair, Fit]]  # turnings and rates about x, y and z
-SURE = 0.9  # R^2 of the three rates together
-BETTER = 0.2  # of what the manifest leaves unexplained, that a slip may
 ALIKE, CHANCE = 3.0, 0.005  # times the part of a rate that the best leaves, and a part besides it, up to which another is as good
 FEWEST = 64  # windows
 SIGNED = [np.eye(3)[list(order)] * np.array(signs)[:, None] for order in permutations(range(3)) for signs in product((1.0, -1.0), repeat=3)]
@@ -27,12 +26,13 @@ SIGNED = [np.eye(3)[list(order)] * np.array(signs)[:, None] for order in permuta
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Slip:
-    """What may be meant: rates = axes times those of the turning.
+    """What may be meant: rates = axes times those of a turning.
 
-    axes : (3, 3), a permutation with signs. unexplained : (3,), part of each rate.
+    way : that turning, about x. other_frame : whether its axes are those of another frame than the manifest says. axes : (3, 3), a
+    permutation with signs. unexplained : (3,), part of each rate.
     """
 
-    reading: str
+    way: Turning
     other_frame: bool
     axes: Array
     unexplained: Array
@@ -42,7 +42,7 @@ class _Slip:
         """Of the things that the manifest has wrong. Axes are turned as one, or columns of two are mixed up, or all signs are turned."""
         turned, swapped = np.linalg.det(self.axes) > 0, np.all(self.axes >= 0)
         rates = 0 if np.array_equal(self.axes, np.eye(3)) else 1 if turned or swapped or np.array_equal(self.axes, -np.eye(3)) else 3
-        return (self.reading != STATED) + self.other_frame + rates
+        return (self.way.reading != STATED) + self.other_frame + rates
 
     @property
     def of_frame(self) -> bool:
@@ -52,7 +52,7 @@ class _Slip:
     @property
     def by_pairs(self) -> bool:
         """Whether nothing or the sign of one rate is wrong, which pairs of channels tell."""
-        return self.reading == STATED and not self.other_frame and float(np.trace(self.axes)) >= 1 and self.diagonal
+        return self.way.reading == STATED and not self.other_frame and float(np.trace(self.axes)) >= 1 and self.diagonal
 
     @property
     def diagonal(self) -> bool:
@@ -100,10 +100,10 @@ def _examine(tracks: Mapping[str, Track], trio: Trio, turning: Turning) -> list[
         return []
     fewest = min(slip.count for slip in alike)
     named = sorted((slip for slip in alike if slip.count == fewest), key=lambda slip: float(slip.unexplained.sum()))
-    if named[0].of_frame or all(slip.reading == STATED and np.array_equal(slip.axes, -np.eye(3)) for slip in named):
+    if named[0].of_frame or all(slip.way.reading == STATED and np.array_equal(slip.axes, -np.eye(3)) for slip in named):
         return []  # what pairs tell
     stated = _unexplained([fit for _, fit in trio], np.eye(3))
-    right = _unexplained(_fits(tracks, trio, turning, named[0]), named[0].axes)
+    right = _unexplained(_fits(tracks, trio, named[0]), named[0].axes)
     if right > 1 - SURE or right > BETTER * stated:
         return []
     return _findings(trio, turning, named, 1 - stated, 1 - right)
@@ -111,32 +111,22 @@ def _examine(tracks: Mapping[str, Track], trio: Trio, turning: Turning) -> list[
 
 def _slips(tracks: Mapping[str, Track], rates: Sequence[Track], turning: Turning) -> list[_Slip]:
     """All of them; empty where too little is known."""
-    ways = {
-        (reading, other): [tracks.get(_read(turning, reading, other, axis).name) for axis in AXES]
-        for reading in (READINGS if turning.of_quaternion else [STATED])
-        for other in (False, True)
-    }
-    known = {way: [track for track in about if track is not None] for way, about in ways.items()}
+    known = {way: [tracks[name] for axis in AXES if (name := way.about(axis).name) in tracks] for way in turning.ways()}
     if any(len(about) < len(AXES) for about in known.values()):
         return []
-    query, half = windows([*rates, *known[STATED, False]])
+    query, half = windows([*rates, *known[turning]])
     if len(query) < FEWEST:
         return []
     wanted = _centred([track.mean(query, half, 0) for track in rates])
     slips = []
-    for (reading, other), about in known.items():
+    for way, about in known.items():
         given = _centred([track.mean(query, half, 1) for track in about])
         along, power = wanted @ given.T, max(float(np.sum(given**2)), 1e-300)
         for axes in SIGNED:
             gain = max(float(np.sum(axes * along)) / power, 0.0)  # one of all three, as of a wrong unit
             left = np.sum((wanted - gain * axes @ given) ** 2, axis=1) / np.maximum(np.sum(wanted**2, axis=1), 1e-300)
-            slips.append(_Slip(reading=reading, other_frame=other, axes=axes, unexplained=np.minimum(left, 1.0)))
+            slips.append(_Slip(way=way, other_frame=way.frame != turning.frame, axes=axes, unexplained=np.minimum(left, 1.0)))
     return slips
-
-
-def _read(turning: Turning, reading: str, other_frame: bool, axis: str) -> Turning:
-    about = replace(turning, reading=reading, axis=axis)
-    return about.in_other_axes() if other_frame else about
 
 
 def _centred(values: Sequence[Array]) -> Array:
@@ -145,9 +135,9 @@ def _centred(values: Sequence[Array]) -> Array:
     return stacked - stacked.mean(axis=1, keepdims=True)
 
 
-def _fits(tracks: Mapping[str, Track], trio: Trio, turning: Turning, slip: _Slip) -> list[Fit | None]:
+def _fits(tracks: Mapping[str, Track], trio: Trio, slip: _Slip) -> list[Fit | None]:
     """Each rate against the turning that it is of by a slip, with a delay and a gain of its own, as what the manifest says was fitted."""
-    about = [_read(turning, slip.reading, slip.other_frame, AXES[int(np.argmax(np.abs(row)))]) for row in slip.axes]
+    about = [slip.way.about(AXES[int(np.argmax(np.abs(row)))]) for row in slip.axes]
     return [fit_lag(tracks[turn.name], tracks[pair.second], pair.order) for turn, (pair, _) in zip(about, trio, strict=True)]
 
 
@@ -167,10 +157,11 @@ def _findings(trio: Trio, turning: Turning, named: Sequence[_Slip], stated: floa
     shown = f"(R^2 {right:.3f} of the three rates, {max(stated, 0.0):.2f} as the manifest says)"
     texts = list(dict.fromkeys(_text(trio, turning, slip) for slip in named))
     first = named[0]
-    if any(slip.reading != STATED for slip in named):
+    whose = WHOSE[first.way.frame]
+    if any(slip.way.reading != STATED for slip in named):
         message = f"{'; or else '.join(texts)} {shown}"
         message += "" if len(texts) == 1 else "; the motion does not tell which: look it up, and correct that one only"
-        detail |= {"second": trio[0][0].second, "readings": sorted({slip.reading for slip in named} - {STATED})}
+        detail |= {"second": trio[0][0].second, "readings": sorted({slip.way.reading for slip in named} - {STATED})}
         return [GateFinding(code="quaternion", severity="error", channel=turning.parts[0], detail=detail, message=message)]
     found = []
     for k, (pair, _) in enumerate(trio):
@@ -183,8 +174,8 @@ def _findings(trio: Trio, turning: Turning, named: Sequence[_Slip], stated: floa
             else "mounted otherwise, or columns are mixed up"
         )
         message = (
-            f"'{pair.second}' turns about {_axis(first.axes[k])} of {_frame(turning, first)} and not about {AXES[k]} of "
-            f"{_frame(turning, None)}, as the manifest says {shown}: the sensor is {how}; "
+            f"'{pair.second}' turns about {_axis(first.axes[k])} of {whose} and not about {AXES[k]} of "
+            f"{WHOSE[turning.frame]}, as the manifest says {shown}: the sensor is {how}; "
             f"{_right(first.axes[k])}, and what else is in its housing (accelerometers) likewise{doubt}"
         )
         own = detail | {"second": pair.second, "axis": _axis(first.axes[k]), "sure": len(named) == 1}
@@ -195,17 +186,18 @@ def _findings(trio: Trio, turning: Turning, named: Sequence[_Slip], stated: floa
 def _text(trio: Trio, turning: Turning, slip: _Slip) -> str:
     """What is meant, in words, and what to do."""
     parts = ", ".join(f"'{part}'" for part in turning.parts)
-    which, _ = READINGS[slip.reading]
-    if slip.reading == STATED:
+    which, _ = READINGS[slip.way.reading]
+    whose = WHOSE[slip.way.frame]
+    if slip.way.reading == STATED:
         rates = [f"'{pair.second}' about {_axis(row)}" for (pair, _), row in zip(trio, slip.axes, strict=True)]
-        return f"{', '.join(rates)} of {_frame(turning, slip)} is what the gyro measures"
-    if slip.reading == "inverse":
+        return f"{', '.join(rates)} of {whose} is what the gyro measures"
+    if slip.way.reading == "inverse":
         text = f"{parts} are the inverse of the orientation (they turn vectors of W into the body): set scale = -1 for the last three"
     else:
         true = [QUATERNION[which.index(slot)] for slot in range(len(QUATERNION))]
         given = ", ".join(f'component = "{component}" for {part!r}' for component, part in zip(true, turning.parts, strict=True))
-        text = f"the quaternion was written in the order {slip.reading}, and its numbers are given for others: set {given}"
-    return text + (f"; and the gyro measures in {_frame(turning, slip)}'s axes: state its frame" if slip.other_frame else "")
+        text = f"the quaternion was written in the order {slip.way.reading}, and its numbers are given for others: set {given}"
+    return text + (f"; and the gyro measures in {whose}'s axes: state its frame" if slip.other_frame else "")
 
 
 def _axis(row: Array) -> str:
@@ -216,8 +208,3 @@ def _axis(row: Array) -> str:
 def _right(row: Array) -> str:
     turned = " and turn the sign of its scale" if row.min() < 0 else ""
     return f'set component = "{_axis(row).removeprefix("-")}"{turned}'
-
-
-def _frame(turning: Turning, slip: _Slip | None) -> str:
-    body = (turning.frame == "body") != (slip is not None and slip.other_frame)
-    return "the body" if body else "the world"

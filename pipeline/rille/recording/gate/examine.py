@@ -192,10 +192,9 @@ def _together(
             if fit is not None:
                 fits.append((pair, fit))
     found, explained = check_axes(tracks, fits, turns)
+    frames = check_frames(tracks, [(pair, fit) for pair, fit in fits if pair.second not in explained], turns)
+    explained |= {finding.channel for finding in frames}
     fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in explained]
-    frames = check_frames(tracks, fits, turns)
-    misplaced = {finding.channel for finding in frames}
-    fits = [(pair, fit) for pair, fit in fits if pair.first not in turns or pair.second not in misplaced]
     found += frames
     found += check_agreement(heads, fits) + check_witnesses(tracks, fits, {name: turning.parts for name, turning in turns.items()})
     owner = {name: turning.parts[0] for name, turning in turns.items()}

@@ -6,11 +6,10 @@ from rille.model.recording import GateFinding
 from rille.recording.gate.lag import Fit, fit_lag
 from rille.recording.gate.relations import Pair
 from rille.recording.gate.track import Track
-from rille.recording.gate.turning import Turning
+from rille.recording.gate.turning import WHOSE, Turning
 
 SURE = 0.9  # R^2 with the other axes
 BETTER = 0.2  # of what the stated axes leave unexplained, that the others may
-AXES = {"body": "the body", "world": "the world"}
 
 
 def check_frames(tracks: Mapping[str, Track], fits: Sequence[tuple[Pair, Fit]], turns: Mapping[str, Turning]) -> list[GateFinding]:
@@ -23,8 +22,8 @@ def check_frames(tracks: Mapping[str, Track], fits: Sequence[tuple[Pair, Fit]], 
             continue
         stated = turns[pair.first].frame
         message = (
-            f"'{pair.second}' turns about the {other.axis} axis of {AXES[other.frame]} (R^2 {rival.agreement:.3f} with orientation) and "
-            f'not of {AXES[stated]}, as the manifest says ({max(fit.agreement, 0):.2f}); state frame = "{other.frame}"'
+            f"'{pair.second}' turns about the {other.axis} axis of {WHOSE[other.frame]} (R^2 {rival.agreement:.3f} with orientation) and "
+            f'not of {WHOSE[stated]}, as the manifest says ({max(fit.agreement, 0):.2f}); state frame = "{other.frame}"'
         )
         detail = {"first": pair.first, "second": pair.second, "agreement": fit.agreement, "other": rival.agreement, "frame": other.frame}
         found.append(GateFinding(code="frame", severity="error", channel=pair.second, detail=detail, message=message))

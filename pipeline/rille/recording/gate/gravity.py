@@ -10,7 +10,7 @@ from rille.model.recording import AXES, Channel, GateFinding
 from rille.model.rover import Vector
 from rille.model.unit_names import STANDARD_GRAVITY
 from rille.recording.gate.source import Source
-from rille.recording.gate.turning import SHORTEST, orientations, quaternions
+from rille.recording.gate.turning import SHORTEST, orientations, quaternions, wholes
 
 Array = NDArray[np.float64]
 NONE = 0.085  # of gravity, up to which it is not felt at all
@@ -30,22 +30,13 @@ def check_gravity(source: Source, k: int, gravity: Vector) -> list[GateFinding]:
     size = float(np.linalg.norm(gravity))
     if size < 1e-3:
         return []
-    used = [channel for channel in source.recordings[k].channels if channel.role == "observed"]
+    used = source.recordings[k].channels
     found = []
-    for trio in _accelerometers(used):
+    for trio in wholes(used, "part.linear_acceleration", AXES):
         felt, vertical = _felt(source, k, trio, used, np.asarray(gravity) / size)
         if felt is not None:
             found += _finding(trio, felt / size, size, vertical=vertical)
     return found
-
-
-def _accelerometers(channels: Sequence[Channel]) -> list[tuple[Channel, ...]]:
-    """Channels x, y, z of each, on one clock."""
-    of: dict[tuple[str, str, str], dict[str, Channel]] = {}
-    for channel in channels:
-        if channel.quantity == "part.linear_acceleration":
-            of.setdefault((channel.target, channel.frame, channel.clock), {}).setdefault(channel.component, channel)
-    return [tuple(known[axis] for axis in AXES) for known in of.values() if known.keys() == set(AXES)]
 
 
 def _felt(source: Source, k: int, trio: Sequence[Channel], used: Sequence[Channel], down: Array) -> tuple[float | None, bool]:

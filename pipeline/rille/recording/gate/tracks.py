@@ -35,9 +35,8 @@ def lay_tracks(
         if track is not None:
             tracks[name] = track
     turns: dict[str, Turning] = {}
-    ways = (way for channels in used for turning, _ in turnings(channels) for way in (turning, turning.in_other_axes()))
     by_parts: dict[tuple[str, ...], list[Turning]] = {}
-    for turning in dict.fromkeys(read for way in ways for read in way.readings()):
+    for turning in dict.fromkeys(way for channels in used for stated, _ in turnings(channels) for way in stated.ways()):
         by_parts.setdefault(turning.parts, []).append(turning)
     for parts, about in by_parts.items():
         samples, delay = _orientation(source, parts, stretches, lame)

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 QUATERNION = ("w", "x", "y", "z")
 SHORTEST = 0.1  # length below which four numbers are no orientation
 STATED = "as stated"
+WHOSE = {"body": "the body", "world": "the world"}  # axes, by their frame
 # What the numbers said to be w, x, y, z may be instead: which of them are the true w, x, y, z, and with which sign.
 READINGS: dict[str, tuple[tuple[int, ...], tuple[float, ...]]] = {
     STATED: ((0, 1, 2, 3), (1.0, 1.0, 1.0, 1.0)),
@@ -50,9 +51,14 @@ class Turning:
         """About the axis of that letter of W if this is of the body, and the other way round."""
         return replace(self, frame="world" if self.frame == "body" else "body")
 
-    def readings(self) -> "tuple[Turning, ...]":
-        """About the same axis, with all that its numbers may be taken for."""
-        return tuple(replace(self, reading=reading) for reading in READINGS) if self.of_quaternion else (self,)
+    def ways(self) -> "tuple[Turning, ...]":
+        """Itself first, and about the axis of that letter of the other frame, with all that its numbers may be taken for."""
+        readings = READINGS if self.of_quaternion else (STATED,)
+        return tuple(replace(way, reading=reading) for way in (self, self.in_other_axes()) for reading in readings)
+
+    def about(self, axis: str) -> "Turning":
+        """The same about another axis."""
+        return replace(self, axis=axis)
 
     def channel(self, head: Channel) -> Channel:
         """What it is. head : the first of its parts, with the times whose interval is asked for."""
@@ -96,16 +102,17 @@ def turnings(channels: Sequence[Channel]) -> Iterable[tuple[Turning, Channel]]:
 
 def orientations(channels: Sequence[Channel], target: str) -> list[tuple[str, ...]]:
     """Names of the channels of each whole orientation of a body that was observed on one clock: w, x, y, z or roll, pitch, yaw."""
-    parts: dict[str, dict[str, Channel]] = {}
+    own = [channel for channel in channels if channel.target == target]
+    return [tuple(part.name for part in whole) for whole in wholes(own, "part.orientation", QUATERNION, ANGLES)]
+
+
+def wholes(channels: Sequence[Channel], quantity: str, *components: tuple[str, ...]) -> list[tuple[Channel, ...]]:
+    """Channels of a quantity that was observed with all of one of the sets of components, of one thing in one frame on one clock."""
+    parts: dict[tuple[str, str, str], dict[str, Channel]] = {}
     for channel in channels:
-        if (channel.role, channel.quantity, channel.target) == ("observed", "part.orientation", target):
-            parts.setdefault(channel.clock, {}).setdefault(channel.component, channel)
-    return [
-        tuple(known[part].name for part in whole)
-        for known in parts.values()
-        for whole in (QUATERNION, ANGLES)
-        if known.keys() >= set(whole)
-    ]
+        if (channel.role, channel.quantity) == ("observed", quantity):
+            parts.setdefault((channel.target, channel.frame, channel.clock), {}).setdefault(channel.component, channel)
+    return [tuple(known[part] for part in whole) for known in parts.values() for whole in components if known.keys() >= set(whole)]
 
 
 def quaternions(parts: Array) -> Array:
