@@ -122,7 +122,8 @@ def verify(
         if len(flaws) > FLAWS:
             print(f"and {len(flaws) - FLAWS} more")
         print(f"{ledger}: {len(held.trials)} trials of the beacon '{held.plan.beacon}', root {held.plan.root}")
-        print(f"{len(flaws)} flaws: this ledger proves nothing" if flaws else "every seal, answer and score holds")
+        many = f"{len(flaws)} flaw{'s' if len(flaws) > 1 else ''}"
+        print(f"{many}: this ledger proves nothing" if flaws else "every seal, answer and score holds")
     return NOT_PROVEN if flaws else 0
 
 
